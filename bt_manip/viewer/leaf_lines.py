@@ -1,6 +1,5 @@
 """The leaves of a cycle that have ended, a line for each."""
 
-from collections import deque
 from typing import Any
 
 from bt_manip.bt import NodeKind
@@ -18,11 +17,14 @@ INDENT = 20
 
 
 class LeafLines:
-    """Collects time, status, name and message of each leaf of a run that ends.
+    """Collects time, status, name and message of each leaf that ends.
 
     A leaf that a reactive node checks at every tick gets a line when its status changes. Conditions
     have answers: a ``no`` is no failure of the task. Where there are several robots, a line names
     the one that it is about.
+
+    Args:
+        run: The run; its tree is observed until it ends.
     """
 
     def __init__(self, run: Run) -> None:
@@ -35,7 +37,7 @@ class LeafLines:
 
     def begin(self) -> None:
         """Begin a cycle."""
-        self._start, self._lines = self._cell.time, deque[str](maxlen=MAX_LINES)
+        self._start, self._lines, self._dropped = self._cell.time, list[str](), 0
 
     def end_tick(self) -> None:
         """Count a tick."""
@@ -43,9 +45,10 @@ class LeafLines:
 
     def take(self) -> list[str]:
         """Return the lines since the last call, the last `MAX_LINES` of them, and forget them."""
-        lines = [*self._lines]
-        self._lines.clear()
-        return lines
+        lines, dropped = self._lines, self._dropped
+        self._lines, self._dropped = [], 0
+        more = [f"{dropped} earlier lines are not shown"] if dropped else []
+        return more + lines
 
     def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         if node.children or new.name not in ANSWERS:
@@ -60,3 +63,6 @@ class LeafLines:
         name = f"{robot}: {node.name}" if robot else node.name
         time = self._cell.time - self._start
         self._lines.append(f"{time:7.2f} s  {status:7}  {name}{message}")
+        if len(self._lines) > MAX_LINES:
+            del self._lines[0]
+            self._dropped += 1

@@ -4,6 +4,7 @@ import keyword
 import re
 import tokenize
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import Plugins, load_plugins
@@ -24,7 +25,7 @@ KINDS = sorted(path.parent.name for path in _TEMPLATES.glob("*/pyproject.toml"))
 def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
     """Write a package for a plugin, ready to install, that passes its linter and tests.
 
-    The templates are such packages with a part named ``gear``.
+    The templates are such packages with a part named ``gear``. The package is written atomically.
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
@@ -65,10 +66,14 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
         return _PLACEHOLDER.sub(lambda match: names[match[0]], text)
 
     try:
-        for path in files:
-            target = folder / filled(path.relative_to(template).as_posix())
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
+        parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=f".{folder.name}-", dir=parent) as unfinished:
+            package = Path(unfinished) / folder.name
+            for path in files:
+                target = package / filled(path.relative_to(template).as_posix())
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
+            package.rename(folder)
     except OSError as error:
         raise BtManipError(f"cannot write '{folder}': {error.strerror}") from error
     return folder

@@ -132,3 +132,17 @@ def test_where_nothing_can_be_written_is_bad_input(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BtManipError, match="cannot write .*bt-manip-wheel.*: "):
         write_plugin("wheel", "object", tmp_path / "file")
+
+
+def test_an_interrupt_in_the_middle_leaves_nothing_behind(tmp_path, monkeypatch):
+    write = Path.write_text
+
+    def interrupted(path, *arguments, **options):
+        if path.name == "test_wheel.py":
+            raise KeyboardInterrupt
+        return write(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "write_text", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_plugin("wheel", "object", tmp_path)
+    assert not list(tmp_path.iterdir())
