@@ -93,3 +93,13 @@ def test_devices_are_never_locked():
     device = Path(os.devnull)
     with open_output(device), open_output(device):
         check_writable(device, "recording")
+
+
+def test_what_stood_there_stays_when_writing_fails(tmp_path):
+    path = tmp_path / "report.json"
+    path.write_bytes(b"yesterday's")
+    with pytest.raises(RuntimeError), whole_file(path) as file:
+        file.write(b"half of it")
+        raise RuntimeError
+    assert path.read_bytes() == b"yesterday's"
+    assert list(tmp_path.iterdir()) == [path]

@@ -172,3 +172,12 @@ def test_places_for_an_object_are_at_least_a_distance_and_at_most_the_farthest_a
     away = [T.translation - base for T in islice(Places(context, "cube", 0.0).sample(), 100)]
     shares = np.linalg.norm(away, axis=1) / np.linalg.norm(tools, axis=1).max()
     assert (min(shares), max(shares)) == pytest.approx((0.25, 0.46), abs=0.03)
+
+
+def test_the_same_seed_moves_an_object_to_the_same_place(situations, start):
+    places = []
+    for seed in (1, 1, 2):
+        station = situations.reset()
+        start(Displace(), seed)
+        places.append(station.cell.pose("cube").translation.tolist())
+    assert places[0] == places[1] != places[2]

@@ -300,3 +300,22 @@ def test_a_paused_run_can_be_stopped(in_thread, page, client):
     client.press("Stop")
     thread.join(30)
     assert not thread.is_alive() and page.stopped
+
+
+def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
+    page.controls.breakpoints = frozenset(["second"])
+    root = Sequence("root", Sleep("first", msec=300), Sleep("second", msec=50))
+    connect()
+    client = connect("page")
+    wait_until(lambda: page.site.is_open)
+    run, thread = in_thread(root)
+    wait_until(lambda: page.controls.paused)
+    client.see()
+    line = client.uid("timeline")
+    client.send(line, "seek", 0.0)
+    wait_until(lambda: client.see().find("timeline")["shown"] is not None)
+    assert client.find("timeline")["shown"] < run.station.cell.time
+    client.send(line, "seek", None)
+    wait_until(lambda: client.see().find("timeline")["shown"] is None)
+    client.toggle()
+    thread.join(30)

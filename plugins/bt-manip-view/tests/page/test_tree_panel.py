@@ -148,3 +148,20 @@ def test_the_tree_of_a_run_that_has_not_begun_is_shown(make_run, page, connect):
     client = connect("page").see()
     assert client.find("tree")["nodes"][0]["name"] == "root"
     assert client.find("status")["text"] == "0.00 s: ready"
+
+
+def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, client):
+    seen = []
+
+    class Editor(RunObserver):
+        def run_started(self, run):
+            self.emit = run.events.emit
+
+        def after_tick(self):
+            problem = "task.xml:3:7: error: unknown node '<Slep>'"
+            self.emit("edit", {"problems": [problem] if len(seen) < 2 else []})
+            page.refresh(now=True)
+            seen.append(client.see().find("tree")["problems"])
+
+    make_run(Sleep("rest", msec=30)).execute([page, Editor()])
+    assert seen[1] == ["task.xml:3:7: error: unknown node '<Slep>'"] and seen[-1] == []
