@@ -290,6 +290,10 @@ ARGUED = {
     "half, light = 0.5 * WALL": "a colour",
     "reshape(-2, 3, 3)": "NumPy takes any negative length for the one that is left",
     "np.maximum(radius, 1e-12)": "it is against a division by zero only",
+    "() - 240, 0), ": "how much of the surface around an object corrects its depths",
+    "() - 60, 0), ": "how much of the surface around an object corrects its depths",
+    ".max() + 242": "how much of the surface around an object corrects its depths",
+    ".max() + 60": "how much of the surface around an object corrects its depths",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -63,7 +63,7 @@ class _ReadOnlyScope(Blackboard):
 
 
 def declarations(attributes: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the attributes of a ``<BehaviorTree>`` declare, as arguments of `Tree`.
+    """Return the declarations in the attributes of a ``<BehaviorTree>``, as arguments of `Tree`.
 
     Raises:
         TreeError: If one has no such form.

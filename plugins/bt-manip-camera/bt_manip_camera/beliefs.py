@@ -68,5 +68,5 @@ def latest_detections(station: Station) -> tuple[str, Detections | None]:
         for name, one in station.cell.entities.items()
         if getattr(one, "detections", None) is not None
     ]
-    _, name, detections = max(found, key=lambda one: one[0], default=(0.0, "", None))
+    _, name, detections = max(found, key=lambda one: one[:2], default=(0.0, "", None))
     return name, detections

@@ -25,19 +25,43 @@ def camera() -> None:
 
 
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
-    scene = "Scene with the camera, and an april_tag if it is on a hand: a name, or path."
-    scenes, robots = (complete_part(kind) for kind in ("scenes", "robots"))
-    only = "Name of the camera.  [default: the only one]"
-    views = "Number of configurations from which the tag is looked at."
-    for name, default, more in (
-        ("--seed", 0, {"metavar": "S", "help": "Seed."}),
-        ("--views", 12, {"metavar": "N", "type": click.IntRange(min=5), "help": views}),
-        ("--camera name", "", {"metavar": "C", "help": only}),
-        ("--robot", "panda", {"metavar": "R", "shell_complete": robots, "help": "Robot to use."}),
-        ("--scene", "table_with_tag", {"metavar": "S", "shell_complete": scenes, "help": scene}),
+    for option in reversed(
+        (
+            click.option(
+                "--scene",
+                default="table_with_tag",
+                show_default=True,
+                metavar="S",
+                shell_complete=complete_part("scenes"),
+                help="Scene with the camera, and an april_tag if it is on a hand: a name, or path.",
+            ),
+            click.option(
+                "--robot",
+                default="panda",
+                show_default=True,
+                metavar="R",
+                shell_complete=complete_part("robots"),
+                help="Robot to use.",
+            ),
+            click.option(
+                "--camera",
+                "name",
+                default="",
+                metavar="C",
+                help="Name of the camera.  [default: the only one]",
+            ),
+            click.option(
+                "--views",
+                type=click.IntRange(min=5),
+                default=12,
+                show_default=True,
+                metavar="N",
+                help="Number of configurations from which the tag is looked at.",
+            ),
+            click.option("--seed", default=0, show_default=True, metavar="S", help="Seed."),
+        )  # fmt: skip
     ):
-        given: dict[str, Any] = {"default": default, "show_default": default != "", **more}
-        command = click.option(*name.split(), **given)(command)
+        command = option(command)
     return command
 
 

@@ -107,7 +107,7 @@ def sides_of(cluster: Cluster) -> str:
 
 
 def instead(clusters: Sequence[Cluster], known: KnownObject) -> str:
-    """Return what is seen, and why it is not an object."""
+    """Return a message that an object is not seen, with the clusters and why none of them is it."""
     seen = (f"{describe(one)} ({why_not(one, known)})" for one in clusters)
     return f"'{known.name}' is not seen; seen is {'; '.join(seen) or 'nothing'}"
 

@@ -21,7 +21,14 @@ CELLS = (4, 5)
 class DepthErrors:
     """The errors of depth images, and of what is known of the camera.
 
-    `PARAMETERS` says what each attribute means, and its unit.
+    Attributes:
+        noise: Standard deviation of each pixel, at the depth `REFERENCE` [m].
+        smooth_noise: Standard deviation of an error that varies slowly over the image and is
+            different in each frame, at the depth `REFERENCE` [m].
+        bias: Added to all depths [m].
+        dropout: Fraction of the pixels at edges without a depth.
+        calibration_distance: Distance of the camera's believed position from the true one [m].
+        calibration_angle: Angle between its believed and its true orientation [degrees].
     """
 
     noise: float = 1.5e-3

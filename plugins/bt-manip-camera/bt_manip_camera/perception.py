@@ -162,8 +162,11 @@ def known_object(name: str, entity: Any) -> KnownObject:
     (geom,) = geoms
     opaque = geom.rgba is not None and geom.material is None and geom.rgba[3] == 1.0
     seen = tuple(float(part) for part in geom.rgba[:3]) if opaque else None
-    x, *y, z = (2.0 * float(half) for half in geom.size[: 3 if geom.type == "box" else 2])
-    return KnownObject(name, geom.type, cast(Any, (x, *(y or [x]), z)), cast(Any, seen))
+    lengths = [2.0 * float(half) for half in geom.size]
+    if geom.type == "cylinder":
+        diameter, height = lengths[:2]
+        lengths = [diameter, diameter, height]
+    return KnownObject(name, geom.type, cast(Any, tuple(lengths)), cast(Any, seen))
 
 
 def centre_of(entity: Any, known: KnownObject) -> pin.SE3:

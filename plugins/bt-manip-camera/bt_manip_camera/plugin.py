@@ -55,9 +55,13 @@ def register_behaviours(register: Callable[[type[Any]], None]) -> None:
     """Register what looks."""
     from bt_manip_camera import behaviours as ours
 
-    names = "DetectTags EstimatePose IsSeen LookAt SeeObjects SegmentTable WaitUntilSeen"
-    for name in names.split():
-        register(getattr(ours, name))
+    register(ours.DetectTags)
+    register(ours.EstimatePose)
+    register(ours.IsSeen)
+    register(ours.LookAt)
+    register(ours.SeeObjects)
+    register(ours.SegmentTable)
+    register(ours.WaitUntilSeen)
 
 
 @hookimpl
@@ -93,8 +97,10 @@ def register_faults(register: Callable[[str, type], None]) -> None:
     """Register the faults of cameras."""
     from bt_manip_camera import faults
 
-    for name in ("Covered", "Delay", "Dropout", "Moved"):
-        register(f"camera_{name.lower()}", getattr(faults, f"Camera{name}"))
+    register("camera_covered", faults.CameraCovered)
+    register("camera_delay", faults.CameraDelay)
+    register("camera_dropout", faults.CameraDropout)
+    register("camera_moved", faults.CameraMoved)
     register("lights_out", faults.LightsOut)
     register("look_alike", faults.LookAlike)
 

@@ -188,11 +188,14 @@ def _cluster(
     eye = frame.T_wc.translation
     depth, xy = frame.depth[rows, columns], points[rows, columns, :2]
     low, high = xy.min(0) - PLANE_WINDOW, xy.max(0) + PLANE_WINDOW
-    near = points[::2, ::2, :2]
-    plane = np.abs(height[::2, ::2]) < SURFACE_BAND
-    plane &= np.all((near > low) & (near < high), axis=-1)
+    r0, r1 = max(rows.min() - 120, 0), rows.max() + 121
+    c0, c1 = max(columns.min() - 120, 0), columns.max() + 121
+    part = points[r0:r1:2, c0:c1:2]
+    plane = np.abs(height[r0:r1:2, c0:c1:2]) < SURFACE_BAND
+    plane &= np.all((part[..., :2] > low) & (part[..., :2] < high), axis=-1)
     if plane.sum() >= FEWEST:
-        v, u = 2 * np.array(np.nonzero(plane))
+        v, u = np.nonzero(plane)
+        v, u = r0 + 2 * v, c0 + 2 * u
         error = frame.depth[v, u] - (surface - eye[2]) / rays[v, u, 2]
         centred = np.column_stack([np.ones(len(u)), u - columns.mean(), v - rows.mean()])
         fit = np.linalg.lstsq(centred, error, rcond=None)[0]
