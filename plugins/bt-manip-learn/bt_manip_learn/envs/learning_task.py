@@ -74,7 +74,6 @@ class LearningTask:
         observations: The observations.
         action: The kind of actions.
         reward_bounds: Smallest and largest reward of a step.
-        observed: Whether episodes are recorded, observed or modified by faults.
         progress: Progress towards the goal after the last step, from 0 to 1 where the goal holds;
             see `goal_progress`.
 
@@ -117,10 +116,10 @@ class LearningTask:
         if parts is None:
             parts = load_plugins().parts
         self._record, self._observers, self._parts = record, tuple(observers), parts
+        self._recorded = bool(record)
         modifiers = {"fault": tuple(faults)} if faults else {}
         asked = request_of(tree, parts, modifiers=modifiers, varied=vary, **request)
         self.episodes = Episodes(asked, parts, step_time=step_time)
-        self.observed = bool(record or observers or self.episodes.run.modifiers)
         if not self.episodes.run.tree.goal:
             raise BtManipError(
                 f"the tree '{tree}' declares no goal, so that success is not defined"
@@ -237,6 +236,11 @@ class LearningTask:
             self.progress = 0.0
         shaping = 0.0 if self._discount is None else self._discount * self.progress - before
         return Outcome(float(success) + shaping, success, failure)
+
+    @property
+    def observed(self) -> bool:
+        """Whether episodes are recorded, observed or modified by faults."""
+        return self._recorded or bool(self._observers or self.episodes.run.modifiers)
 
     def _outcome(self, step: Callable[[], None]) -> Outcome:
         """Make a step and judge its outcome; finish the episode if it has ended."""
