@@ -79,7 +79,8 @@ def test_each_object_of_one_name_counts(cell, station):
 
 def test_what_was_judged_is_not_judged_again_when_the_container_goes(cell, station):
     tree = Tree(AlwaysSuccess(), clock=station.clock, goal=goal())
-    tree.setup(**station.infrastructure)
+    resumed = GoalJudge(tree, cell)
+    tree.setup(**station.infrastructure)  # it makes the conditions of the goal
     tree.blackboard["object"] = "cube"
     cell.add(Cube(), IN_BASKET, name="cube")
     cell.step(500)
@@ -114,14 +115,14 @@ def test_judging_changes_neither_blackboard_nor_cell(station):
 
 def test_what_was_judged_is_part_of_the_state(cell, station):
     tree = Tree(AlwaysSuccess(), clock=station.clock, goal=goal())
-    tree.setup(**station.infrastructure)
+    resumed = GoalJudge(tree, cell)
+    tree.setup(**station.infrastructure)  # it makes the conditions of the goal
     tree.blackboard["object"] = "cube"
     cell.add(Cube(), spatial.pose((0.3, 0.1, 1.04)), name="cube")
     cell.step(200)
     judge = GoalJudge(tree, cell)
     judge.begin(3)
     cell.remove("cube")
-    resumed = GoalJudge(tree, cell)
     resumed.set_state(judge.get_state())
     judge.stop()
     resumed.begin(3)
