@@ -105,11 +105,11 @@ def test_trees_that_cannot_be_judged_are_refused(stress, in_this_process):
 
 
 @pytest.mark.soak
-def test_a_fault_with_which_the_process_ends_is_a_failed_case(stress):
+def test_a_fault_with_which_the_process_ends_is_named_and_exits_with_1(stress):
     code, out, err = stress("--faults", "heavy,push", "--set", "least=5", name="leaving")
-    assert (code, err) == (0, "")
-    assert "2 faults: 1 recovered, 1 failed" in out
-    assert "heavy F (work 1): its process ended with exit code 0" in out
+    assert (code, err) == (1, "")
+    assert "2 faults: 1 recovered, 0 failed, 0 dishonest, 0 hung, 1 died" in out
+    assert "heavy X (work 1): its process ended with exit code 0" in out
 
 
 def test_a_tree_that_ends_its_process_is_refused(stress):
