@@ -406,14 +406,7 @@ class _InvalidTorque(Exception):
 def _torque_problem(
     tau: np.ndarray, limit: np.ndarray, names: Sequence[str], *, saturates: bool
 ) -> str:
-    """Return why torques must not be commanded; empty if they can be clipped to the limits.
-
-    Args:
-        tau: Joint torques, at least one of them beyond its limit [N m].  # (nv,)
-        limit: Effort limits [N m].  # (nv,)
-        names: Names of the joints.
-        saturates: Whether torques beyond the limits may be clipped.
-    """
+    """Return why torques beyond a limit must not be commanded; empty if they can be clipped."""
     finite = np.isfinite(tau)
     if not finite.all():
         joint = int(np.flatnonzero(~finite)[0])
