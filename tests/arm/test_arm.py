@@ -112,7 +112,9 @@ def test_no_motion_is_planned_to_the_present_configuration(arm):
     assert not arm.moving
 
 
-def test_move_to_pose_brings_the_tool_to_the_nearest_of_equivalent_poses(arm, watch):
+def test_move_to_pose_brings_the_tool_to_the_nearest_of_equivalent_poses(arm, watch, monkeypatch):
+    # Without a length no straight approach is planned.
+    monkeypatch.setattr("bt_manip.planning.goal_selection.plan_straight_approach", pytest.fail)
     poses = [down(0.4, 0.0, 0.3, yaw) for yaw in (np.pi, 0.1, -0.5 * np.pi)]
     arm.move_to_pose(poses)
     watch.run()

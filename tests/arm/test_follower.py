@@ -59,10 +59,11 @@ def test_paused_arm_rests_on_its_path_and_arrives_when_resumed(arm, watch, ask):
 def test_the_travelled_path_ends_within_its_spacing_of_the_arm_at_every_step(arm):
     joints(arm)
     while arm.moving:
-        arm.advance(1e-3)
+        arm.follower.advance(1e-3)
         travelled = arm.follower.travelled
         assert np.abs(travelled[-1] - arm.q).max() < 0.02
         assert np.abs(np.diff(travelled, axis=0)).max(initial=0.0) < 0.025  # and 2.6 mrad a step
+        assert not arm.follower.lagging
     arm.move_to_configuration(GOAL - 1.2 * np.eye(7)[0])
     while arm.moving:
         arm.advance(1e-3)

@@ -99,7 +99,9 @@ class Search(GraspSearch):
     def __init__(self, solutions, world=None, clearance=None):
         found = [SimpleNamespace(q=np.array([q]), target=0) for q, _ in solutions]
         self.given = []
-        ik = SimpleNamespace(nearest_first=lambda *_, **given: self.given.append(given) or found)
+        ik = SimpleNamespace(
+            nearest_first=lambda *_, **given: self.given.append(given) or found, tool="tool"
+        )
         arm = SimpleNamespace(q=np.zeros(1), ik=ik, world=world)
         self.ranking = SimpleNamespace(candidates=SimpleNamespace(closing=None))
         super().__init__(arm, "it", self.ranking, clearance, Rejections("it"))
@@ -162,9 +164,12 @@ def test_the_first_configuration_far_from_joint_limits_or_else_the_farthest_is_t
 
 def test_all_grasps_of_a_group_that_no_configuration_reaches_are_counted():
     search, grasp = Search([]), RankedGrasp(None, pin.SE3.Identity(), 1.0, {}, 0.0, 0.0)
-    for count in (3, 2):
-        assert search.plan([grasp] * count, 0.1, np.zeros(3)) is None
-    assert search.rejections.unreachable == 5
+    turnable = grasp._replace(free_axis=np.eye(3)[2], pivot=np.zeros(3))
+    for grasps in ([grasp] * 3, [grasp] * 2, [turnable] * 2):
+        assert search.plan(grasps, 0.1, np.zeros(3)) is None
+    assert search.rejections.unreachable == 7 and len(search.given) == 12
+    assert search.plan([turnable], 0.1, np.zeros(3)) is None
+    assert len(search.given) == 12  # it was searched at any turn
 
 
 def test_a_pre_grasp_configuration_in_collision_is_counted_by_its_bodies():

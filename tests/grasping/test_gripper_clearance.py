@@ -43,6 +43,22 @@ def test_what_is_ignored_can_be_changed(station, grips):
     assert clearance.at_pose(grips[0]).entity == "cube"
 
 
+def test_geoms_count_if_they_collide_in_either_role(station, grips):
+    model = station.cell.model
+    hand = next(iter(GripperClearance(station.cell, station.robot, []).geom_poses))
+    (cube,) = np.flatnonzero(model.body_rootid[model.geom_bodyid] == station.cell.body_id("cube"))
+    own = model.geom_contype.copy(), model.geom_conaffinity.copy()
+    try:
+        for bits in ((0, 1), (1, 0), (0, 0)):
+            for geom in (hand, cube):
+                model.geom_contype[geom], model.geom_conaffinity[geom] = bits
+            clearance = GripperClearance(station.cell, station.robot, [])
+            assert (hand in clearance.geom_poses) == any(bits)
+            assert (clearance.at_pose(grips[0]).entity == "cube") == any(bits)
+    finally:
+        model.geom_contype[:], model.geom_conaffinity[:] = own
+
+
 def test_poses_with_sufficient_clearance_are_selected(station, grips):
     cube = station.cell.pose("cube")
     beside = cube.translation + 0.07 * grips[0].rotation[:, 1]

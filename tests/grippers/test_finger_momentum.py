@@ -39,6 +39,25 @@ def test_after_the_first_contact_the_momentum_of_a_finger_is_limited():
     assert gripper.held == ("cube",)
 
 
+class SlowFingers(HeavyFingers):
+    """Fingers that cannot brake from the usual speed within 1.5 mm."""
+
+    ARMATURE = 70.0
+
+
+def test_a_heavy_finger_is_so_slow_that_it_can_stop_within_a_millimetre_and_a_half():
+    cell, _, _, gripper = panda_cell(cube=False, make_gripper=SlowFingers)
+    gripper.move(0.06)
+    widths = [gripper.width]
+    while gripper.moving:
+        cell.step()
+        widths.append(gripper.width)
+        assert cell.time < 1.0
+    speed = 0.5 * np.abs(np.diff(widths)).max() / cell.dt
+    braking = gripper.max_force / cell.model.dof_M0[gripper.mechanism.dof_adr].mean()
+    assert speed == pytest.approx(np.sqrt(2.0 * braking * 1.5e-3), rel=0.02)
+
+
 class DampedFingers(TwoFingerGripper):
     """Fingers with more viscous friction than their position loop adds."""
 

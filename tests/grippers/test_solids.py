@@ -60,10 +60,12 @@ def test_the_least_width_is_that_of_the_narrowest_side():
     assert least_width([convex(wedge())]) == pytest.approx(0.04)
 
 
-HAND = """<mujoco><worldbody><body name="hand" pos="1 2 3" quat=".8 .2 -.4 .3">
-<geom type="box" size=".04 .05 .02"/>
+HAND = """<mujoco><asset><mesh name="pyramid" vertex="-.04 -.05 -.02 .04 -.05 -.02 -.04 .05 -.02
+.04 .05 -.02 0 0 .02"/></asset><worldbody><body name="hand" pos="1 2 3" quat=".8 .2 -.4 .3">
+<geom type="mesh" mesh="pyramid"/>
 <geom name="jaw" type="box" size=".009 .02 .045" pos="0 -.01 .07"/>
-<site name="tool" pos=".002 .003 .1" quat=".9 0 0 .3"/>
+<geom type="box" size=".008 .002 .01" pos="0 -.028 .1"/>
+<site name="tool" pos="-.002 .003 .1" quat=".9 0 0 .3"/>
 <body pos="0 .03 .05"><joint/><geom name="finger" type="box" size=".007 .004 .06" pos="0 0 .02"/>
 <geom type="box" size=".03 .004 .01" pos="0 0 .049"/></body></body></worldbody></mujoco>"""
 
@@ -84,12 +86,16 @@ def test_a_fixed_jaw_that_reaches_between_the_fingers_is_a_palm(width, shift, pa
     travel = SimpleNamespace(
         closing=closing, open_width=width, min_width=0.01, centre=(-0.003, shift), one_moves=shift
     )
-    mechanism = SimpleNamespace(geoms=((2, 3), (1,)), travel=travel)
+    mechanism = SimpleNamespace(geoms=((3, 4), (1, 2)), travel=travel)
     hand = measure_hand(model, mechanism, tool, placed)
     # Of the tips only the highest 20 mm count: up to the jaw, 9 mm wide, and 2 mm beside the tool.
     expected = [*closing, width, 0.01, 0.03, palm, 0.011, -0.003, shift]
     assert np.hstack(hand) == pytest.approx(expected)
     assert hand.opening(np.array([0.01, width])) == pytest.approx([0.0, 1.0])
+    if not shift:
+        mechanism.geoms = (3,), (4,)
+        without_palm = {i: placed[i] for i in (3, 4)}
+        assert measure_hand(model, mechanism, tool, without_palm).palm == np.inf
 
 
 MESHES = """<mujoco><asset><mesh name="small" vertex="0 0 0 .1 0 0 0 .2 0 0 0 .3"/>
@@ -125,7 +131,10 @@ def test_the_surface_of_a_body_above_a_plane_is_that_of_its_colliding_geoms():
             ).max()
             < 5e-4
         )
-    assert len(geom_surface(model, 1)) == 0  # a plane
+    a, b, c = geom_surface(model, 2).transpose(1, 0, 2)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert area == pytest.approx(trimesh.creation.box((0.06, 0.04, 0.02)).area)
+    assert geom_surface(model, 1).shape == (0, 3, 3)  # a plane
 
 
 def test_a_capsule_is_as_wide_at_both_ends_of_its_cylinder():

@@ -137,7 +137,7 @@ def test_a_move_is_soft_and_arrives_and_fingers_that_meet_say_so():
     gripper.close(50.0)
     step_until(cell, lambda: gripper.closed_on_nothing)
     cell.step(200)
-    assert gripper.width < 1e-3
+    assert gripper.width < gripper.min_object_width == pytest.approx(1e-3)
     assert not gripper.steady and not gripper.moving
     assert gripper.held == ()
     assert max(gripper.forces) < 6.0

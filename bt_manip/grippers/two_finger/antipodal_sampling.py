@@ -239,7 +239,7 @@ def pad_contact(solids: Sequence[Solid], pairs: AntipodalPairs, hand: Hand) -> n
     for side in (u, -u, v, -v):
         beside = pairs.first + 0.6 * hand.pad * side
         for i, walls in enumerate(intersect(polyhedra, beside, line)):
-            hits[i] += _enters(walls, 0.0) + _leaves(walls, width[i])
+            hits[i] += sum(_touches(walls, width[i]))
     return hits / 8.0
 
 
@@ -254,15 +254,12 @@ def face_extents(
         _FACE_STEPS, len(pairs.first)
     )[:, None]  # fmt: skip
     lines = intersect([solid.polyhedron for solid in solids], repeated.first - out, line)
-    same = [_enters(ws, 0.0) and _leaves(ws, w) for ws, w in zip(lines, width, strict=True)]
+    same = [all(_touches(walls, w)) for walls, w in zip(lines, width, strict=True)]
     steps = np.reshape(same, (-1, n)).cumprod(axis=1).sum(axis=1).astype(int)
     return np.concatenate([[0.0], _FACE_STEPS])[steps]
 
 
-def _enters(walls: Sequence[Wall], expected: float) -> bool:
-    """Return whether a line enters a wall within `_FLAT` of the expected position."""
-    return any(abs(wall.enter - expected) < _FLAT for wall in walls)
-
-
-def _leaves(walls: Sequence[Wall], expected: float) -> bool:
-    return any(abs(wall.leave - expected) < _FLAT for wall in walls)
+def _touches(walls: Sequence[Wall], width: float) -> tuple[bool, bool]:
+    """Return whether both pads touch walls within `_FLAT` of the distance between them."""
+    first = any(abs(wall.enter) < _FLAT for wall in walls)
+    return first, any(abs(wall.leave - width) < _FLAT for wall in walls)
