@@ -46,7 +46,7 @@ def test_what_is_ignored_can_be_changed(station, grips):
 def test_geoms_count_if_they_collide_in_either_role(station, grips):
     model = station.cell.model
     hand = next(iter(GripperClearance(station.cell, station.robot, []).geom_poses))
-    (cube,) = np.flatnonzero(model.body_rootid[model.geom_bodyid] == station.cell.body_id("cube"))
+    cube = model.body_rootid[model.geom_bodyid] == station.cell.body_id("cube")
     own = model.geom_contype.copy(), model.geom_conaffinity.copy()
     try:
         for bits in ((0, 1), (1, 0), (0, 0)):
