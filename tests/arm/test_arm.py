@@ -210,7 +210,7 @@ def test_motion_does_not_depend_on_the_control_step(robot):
     assert np.abs(fine.q - coarse.q).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", ["line after a stop", "turned", "stopped", "rest"])
+@pytest.mark.parametrize("kind", ["line after a stop", "turned", "stopped", "paused", "rest"])
 def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
     watch = Watch(arm)
@@ -226,18 +226,19 @@ def test_restored_arm_continues_bit_for_bit(robot, kind):
         arm.move_linear(down(0.4, 0.2, 0.3))
     elif kind == "stopped":
         arm.stop()
+    elif kind == "paused":
+        arm.pause()
     watch.run(31)
     other = Arm(robot)
     other.set_state(json.loads(json.dumps(arm.get_state())))
     assert other.payload.mass == 0.3 and other.moving == arm.moving
-    for step in range(300):
-        arm.advance(DT)
-        other.advance(DT)
+    changes = {300: Arm.resume, 400: Arm.stop} if kind == "paused" else {40: Arm.stop}
+    for step in range(600 if kind == "paused" else 300):
+        for each in (arm, other):
+            each.advance(DT)
+            changes.get(step, Arm.get_state)(each)
         for mine, its in zip((arm.q, arm.v, arm.a), (other.q, other.v, other.a), strict=True):
             assert np.array_equal(mine, its), step
-        if step == 40:
-            arm.stop()
-            other.stop()
     assert not arm.moving and not other.moving
 
 

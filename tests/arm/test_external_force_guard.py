@@ -7,15 +7,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip import build_station, spatial
+from bt_manip import spatial
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.arm.external_force_guard import (
     CHECK_INTERVAL,
-    FORCE_THRESHOLD,
-    FRICTION_MARGIN,
     IMPULSE_THRESHOLD,
     INITIAL_MARGIN,
-    TORQUE_THRESHOLD,
     external_load,
     torque_thresholds,
 )
@@ -24,7 +21,7 @@ from bt_manip.collision import CollisionWorld
 from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, panda
+from bt_manip.robots import Robot, compile_alone, panda, read_description
 from tests.measuring.disturbances import contacts
 from tests.robot_fixtures import Box
 from tests.support.small_arm import write_small_arm
@@ -252,17 +249,17 @@ def test_an_impulse_is_what_neither_motors_nor_lag_explain(impulse, before, now,
         assert found.load.impact and found.load.values == pytest.approx(left * threshold)
 
 
-def test_weak_arms_tolerate_the_force_of_handling_an_object(parts, tmp_path):
-    weak = write_small_arm(tmp_path, effort=2.5, friction=0.0)
-    model = build_station(parts, robot=str(weak)).arm.model
-    assert (torque_thresholds(model) >= FORCE_THRESHOLD * model.levers).all()
-    assert model.levers[0] == pytest.approx(0.645)
-
-
-def test_the_thresholds_of_strong_arms_follow_from_their_effort_limits(bench):
-    model = bench.arm.model
-    expected = TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
-    assert torque_thresholds(model).tolist() == expected.tolist()
+def test_thresholds_follow_from_effort_limits_and_of_weak_arms_from_the_force_of_handling(
+    bench, tmp_path
+):
+    weak = Robot(read_description(write_small_arm(tmp_path, effort=2.5, friction=0.3)))
+    compile_alone(weak)
+    small, panda = weak.make_model(), bench.arm.model
+    assert small.levers[0] == pytest.approx(0.645)
+    for model in (small, panda):  # 3 % of the limits, 1.2 N at the tool, and 2.2 times the friction
+        expected = np.maximum(0.03 * model.limits.effort, 1.2 * model.levers) + 2.2 * model.friction
+        assert torque_thresholds(model) == pytest.approx(expected)
+    assert torque_thresholds(small)[0] > 0.03 * 2.5 + 2.2 * 0.3
 
 
 def test_torque_within_dry_friction_at_the_start_is_not_tolerated_twice(bench, monkeypatch):

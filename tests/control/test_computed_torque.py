@@ -149,13 +149,3 @@ def test_a_reference_of_another_shape_or_type_is_refused(make_arm, q):
     with pytest.raises(ControlError, match="2 numbers of type float64"):
         control.reference = wave
     cell.step()
-
-
-def test_torques_are_clipped_to_the_limits_and_saturated_steps_are_counted(make_arm):
-    cell, robot, control = make_arm(ComputedTorque)
-    control.reference.q = robot.q + np.array([0.0, 2.0])
-    cell.step(10)
-    assert control.saturated_steps == 10
-    assert control.saturated.tolist() == [True, True]
-    np.testing.assert_array_equal(np.abs(control.tau), robot.limits.effort)
-    np.testing.assert_array_equal(cell.data.ctrl[robot.ctrl_adr], control.tau)

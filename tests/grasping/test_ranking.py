@@ -46,13 +46,6 @@ def test_of_equally_good_grasps_the_one_with_the_smallest_rotation_comes_first()
         assert np.linalg.norm(turned) <= math.pi / 4 + 1e-9
 
 
-def test_a_rod_is_gripped_at_its_centre_of_mass_rather_than_beside_it():
-    table = candidates(solid("box", 0.1, 0.015, 0.015))
-    assert next(ranking(table).by_cost()).T_wt.translation[0] == pytest.approx(0.0)
-    heavy = next(ranking(table, com=(0.06, 0.0, 0.0)).by_cost())
-    assert heavy.T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad))
-
-
 def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
     at = np.array([0.1, -0.05, 0.02])
     table = candidates(solid("sphere", 0.025, at=at))
