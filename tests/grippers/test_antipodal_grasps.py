@@ -190,50 +190,27 @@ def test_up_to_eight_solids_are_gripped_by_their_dimensions():
     assert len(candidates(*cubes[:8])) == 8 * alone and len(candidates(*cubes)) != 9 * alone
 
 
-# Of a box, a plate, a ball, the box below the ball as a part and as all, and a wide slope: the
-# grasp, where the tool ends above the contacts [m], and the opening [m].
+BALL_ON_BOX = [("sphere", 0.02), ("box", 0.02, 0.03, 0.03)]
+OFF_CENTRE = math.asin(3.1 / 33.0)  # [rad] of a ball of 33 mm, where the palm ends the approach
+
+
+# Of a box, a plate, a ball, the box below a ball as a part and as all, and a wide slope: the
+# grasp, where the tool ends above the contacts [m], the largest angle of a normal there [rad], the
+# costs of contact and slack, and how far the tool is short of the preferred depth [m].
 @pytest.mark.parametrize(
-    ("shapes", "given", "back", "opened", "costs"),
+    ("shapes", "given", "back", "angle", "contact", "slack", "short"),
     [
-        ([("box", 0.02, 0.03, 0.05)], (0.04, 0.05, 0.7), 0.04, 0.046, (0.09, 0.0, 0.0, 0.0)),
-        (
-            [("box", 0.035, 0.03, 0.004)],
-            (0.075, 0.004, 1.0, 0.2),
-            0.0095,
-            0.08,
-            (0.0, 0.8 / math.pi, 0.15, 0.5 * 0.0095 / 0.0329),
-        ),
-        (
-            [("sphere", 0.033)],
-            (0.066, 0.0, 0.6, 0.0, 0.033),
-            0.0126,
-            0.072 + 0.0175 * math.tan(math.asin(0.0031 / 0.033)),
-            (0.12, 4.0 / math.pi * math.asin(0.0031 / 0.033), 0.0, 0.5 * 0.0126 / 0.0329),
-        ),
-        (
-            [("sphere", 0.02), ("box", 0.02, 0.03, 0.03)],
-            (0.04, 0.03, 1.0, 0.0, 0.0, 1),
-            0.02,
-            0.046,
-            (0.0, 0.0, 0.0, 0.0),
-        ),
-        (
-            [("sphere", 0.02), ("box", 0.02, 0.03, 0.03)],
-            (0.04, 0.03),
-            0.0296,
-            0.046,
-            (0.0, 0.0, 0.0, 0.5 * 0.0096 / 0.0329),
-        ),
-        (
-            [("box", 0.02, 0.03, 0.01)],
-            (0.03, 0.0, 1.2, 0.9),
-            0.0045,
-            0.036 + 0.0175 * math.tan(0.9),
-            (0.0, 1.0, 0.0, 0.5 * 0.0045 / 0.0329),
-        ),
+        ([("box", 0.02, 0.03, 0.05)], (0.04, 0.05, 0.7), 0.04, 0.0, 0.09, 0.0, 0.0),
+        ([("box", 0.035, 0.03, 0.004)], (0.075, 0.004, 1, 0.2), 0.0095, 0.2, 0.0, 0.15, 0.0095),
+        ([("sphere", 0.033)], (0.066, 0, 0.6, 0, 0.033), 0.0126, OFF_CENTRE, 0.12, 0.0, 0.0126),
+        (BALL_ON_BOX, (0.04, 0.03, 1.0, 0.0, 0.0, 1), 0.02, 0.0, 0.0, 0.0, 0.0),
+        (BALL_ON_BOX, (0.04, 0.03), 0.0296, 0.0, 0.0, 0.0, 0.0096),
+        ([("box", 0.02, 0.03, 0.01)], (0.03, 0.0, 1.2, 0.9), 0.0045, 0.9, 0.0, 0.0, 0.0045),
     ],
 )
-def test_the_tool_is_as_deep_as_palm_tips_and_contacts_allow(shapes, given, back, opened, costs):
+def test_the_tool_is_as_deep_as_palm_tips_and_contacts_allow(
+    shapes, given, back, angle, contact, slack, short
+):
     R = TURNED.rotation
     placed = [
         solid(*shape, at=TURNED.act(np.array([0.0, 0.0, 0.03]) * (len(shapes) - 1 - i)), rotation=R)
@@ -246,21 +223,18 @@ def test_the_tool_is_as_deep_as_palm_tips_and_contacts_allow(shapes, given, back
     # A fixed jaw is 1 mm beside the object.
     at = [-0.004 - 0.5 * (given[0] + 0.002), 0.0, back]
     assert TURNED.actInv(one.T_ot.translation) == pytest.approx(at, abs=1e-9)
-    assert one.width == given[0] and found.opening[0] * 0.08 == pytest.approx(min(opened, 0.08))
-    assert [found.costs[name][0] for name in ("contact", "angle", "slack", "depth")] == (
-        pytest.approx(costs)
-    )
+    # The open pads are 3 mm beside the object, over their whole width.
+    opened = given[0] + 0.006 + 2.0 * HAND.pad * math.tan(angle)
+    assert one.width == given[0] and found.opening[0] == pytest.approx(min(opened / 0.08, 1.0))
+    costs = [contact, min(angle / (math.pi / 4), 1.0), slack, 0.5 * short / (HAND.tip + HAND.palm)]
+    names = ("contact", "angle", "slack", "depth")
+    assert [found.costs[name][0] for name in names] == pytest.approx(costs)
 
 
 # The tips are 1 mm above the support; 4 mm of them overlap faces, or 2 mm a point contact.
 @pytest.mark.parametrize(
     ("half", "point", "gripped"),
-    [
-        (0.0026, False, True),
-        (0.0024, False, False),
-        (0.0031, True, True),
-        (0.0029, True, False),
-    ],
+    [(0.0026, False, True), (0.0024, False, False), (0.0031, True, True), (0.0029, True, False)],
 )
 def test_a_flat_object_is_gripped_where_the_fingers_fit_above_its_support(half, point, gripped):
     made = AntipodalGrasp(np.zeros(3), np.eye(3)[0], DOWN, 0.04, 0.0 if point else half)

@@ -11,7 +11,9 @@ from bt_manip.spatial import pose
 
 
 class StubLink:
-    def __init__(self):
+    restorable = True
+
+    def start(self):
         self.state, self.busy, self.problem, self.sent = GripperState(0.08, False), False, "", []
 
     def command(self, kind, *arguments):
@@ -25,24 +27,35 @@ class StubLink:
         pass
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def connection():
     return StubLink()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cell():
     return Cell()
 
 
-@pytest.fixture
-def gripper(cell, connection):
+@pytest.fixture(scope="module")
+def built(cell, connection):
+    connection.start()
     robot = Robot(panda(), gripper=TwoFingerGripper.on_device(connection))
     cell.add(robot)
+    return robot, robot.gripper.get_state()
+
+
+@pytest.fixture
+def gripper(built, cell, connection):
+    """Give the gripper at its start, around a cube."""
+    robot, start = built
+    connection.start()
+    robot.gripper.set_state(start)
     cell.add(Cube(size=0.05), robot.tool_pose, name="cube", overlap=0.1)
-    gripper = robot.gripper
-    gripper.follow_tool(robot.tool_pose)
-    return gripper
+    robot.gripper.follow_tool(robot.tool_pose)
+    yield robot.gripper
+    for name in {*cell.entities} - {"panda"}:
+        cell.remove(name)
 
 
 @pytest.fixture

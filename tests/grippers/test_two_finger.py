@@ -5,7 +5,6 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from dm_control import composer
 
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import GripperError, Robot, RobotError, panda
@@ -42,6 +41,18 @@ def test_each_finger_presses_with_the_commanded_force_which_may_be_changed(grip,
             assert shown == pytest.approx(commanded, rel=0.05)
     cell.step(700)
     assert gripper.forces == pytest.approx([force, force], rel=0.02)
+
+
+def test_a_grip_is_steady_from_95_to_120_percent_of_the_force(grip):
+    cell, robot, control, gripper = grip
+    gripper.close(50.0)
+    for share, steady in ((-0.07, False), (-0.035, True), (0.18, True), (0.23, False)):
+        step_until(cell, lambda: gripper.steady)
+        cell.data.qfrc_applied[gripper.mechanism.dof_adr] = -50.0 * share  # of each slide, to close
+        cell.step(8)
+        assert gripper.steady == steady
+        cell.data.qfrc_applied[:] = 0.0
+        cell.step(100)
 
 
 def test_a_cube_off_centre_is_gripped_and_not_shot_away():
@@ -200,18 +211,3 @@ def test_commands_that_it_cannot_follow_are_refused_and_change_nothing(grip):
 def test_a_robot_whose_description_has_none_has_no_gripper():
     with pytest.raises(RobotError, match="has no gripper"):
         TwoFingerGripper(Robot(replace(panda(), gripper=None)))
-
-
-def test_width_and_forces_are_composers_observables():
-    cell, robot, control, gripper = panda_cell()
-    gripper.observables.enable_all()
-    environment = composer.Environment(
-        composer.NullTask(cell.arena), strip_singleton_obs_buffer_dim=True, random_state=0
-    )
-    environment.reset()
-    gripper.close(50.0)
-    for _ in range(600):
-        seen = environment.step(np.zeros(cell.model.nu)).observation
-    key = "panda/two_finger_gripper/"
-    np.testing.assert_allclose(seen[f"{key}forces"], 50.0, rtol=0.05)
-    assert seen[f"{key}width"] == pytest.approx(0.05, abs=1e-3)  # the cube's edge
