@@ -294,6 +294,11 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "(back - hand.tip) / (radius), 0.0": "the quotient is left out where there is no radius",
+    "(centre - _SIGNS * half)": "the corners are symmetrical",
+    "across = np.cross(closing, [0.0, 0.0": "only the other two coordinates are read",
+    "np.cross([0.0, 0.0, -1.0], closing)": "distances to both sides of the tool count alike",
+    "[LineTo(T_wt)], speed, 1.0": "a single line has no corners",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

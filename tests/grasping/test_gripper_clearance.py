@@ -76,7 +76,9 @@ def test_an_object_lifted_into_an_obstacle_has_negative_clearance(station):
     clearance = GripperClearance(station.cell, station.robot, ["cube"])
     lifted = clearance.of_displaced("cube", [[0.0, 0.0, 0.05]])
     assert lifted.entity == "other" and lifted.distance == pytest.approx(-0.02, abs=1e-3)
-    assert clearance.of_displaced("cube", [[0.0, 0.0, 0.02]]).distance > 0.0
+    assert clearance.of_displaced("cube", [[0.0, 0.0, 0.02]]).distance == pytest.approx(0.01)
+    assert clearance.of_displaced("cube", [[0.0, 0.0, 1.0]]) == (0.02, "")
+    assert clearance.at_pose(pin.SE3(cube.rotation, above + [0.0, 0.0, 5.0])) == (0.1, "")
 
 
 def test_the_gripper_has_the_same_bits_wherever_the_arm_is(station):

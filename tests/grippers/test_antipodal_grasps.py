@@ -13,7 +13,6 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grippers.two_finger.antipodal_grasps import (
     CONTACT_WEIGHT,
     AntipodalGrasp,
-    AntipodalGraspGenerator,
     box_grasps,
     cylinder_grasps,
     grasp_candidates,
@@ -82,9 +81,8 @@ def test_a_sphere_too_large_for_the_palm_is_not_gripped_above_its_widest_point(
     radius, friction, gripped
 ):
     ball, hand = replace(solid("sphere", radius), friction=friction), HAND._replace(palm=0.01)
-    generator = AntipodalGraspGenerator("it", [ball], hand, np.zeros(3), np.random.default_rng(0))
     with contextlib.nullcontext() if gripped else pytest.raises(MotionError, match="deep enough"):
-        assert len(generator.candidates(DOWN))
+        assert len(candidates(ball, hand=hand))
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "capsule", "mesh"])
@@ -100,6 +98,13 @@ def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it
         candidates(solid("box", 0.0395, 0.05, 0.05))
     with pytest.raises(MotionError, match="79 mm wide; the fingers open to 80 mm and need 82 mm"):
         candidates(convex(trimesh.creation.box((0.079, 0.1, 0.1))))
+
+
+def test_an_object_is_half_a_millimetre_wider_than_the_closed_fingers():
+    hand = HAND._replace(least=0.02)
+    assert {*np.round(candidates(solid("box", 0.0103, 0.05, 0.05), hand=hand).width, 6)} == {0.0206}
+    with pytest.raises(MotionError, match="20.4 mm wide; the .* open to 80 mm and close to 20 mm"):
+        candidates(solid("box", 0.0102, 0.05, 0.05), hand=hand)
 
 
 def test_sampled_grasps_are_at_the_object_wherever_its_origin_is():
@@ -120,10 +125,8 @@ def test_the_same_seed_gives_the_same_grasps():
 
 
 def test_a_palm_too_near_to_the_fingertips_fails_with_the_length_of_the_fingers():
-    cube, gripper = [solid("box", 0.025, 0.025, 0.025)], HAND._replace(palm=-0.0045)
-    generator = AntipodalGraspGenerator("it", cube, gripper, np.zeros(3), np.random.default_rng(0))
     with pytest.raises(MotionError, match="deep enough: the fingers extend 5 mm beyond the palm"):
-        generator.candidates(DOWN)
+        candidates(solid("box", 0.025, 0.025, 0.025), hand=HAND._replace(palm=-0.0045))
 
 
 @pytest.mark.parametrize(

@@ -28,14 +28,15 @@ def test_after_the_first_contact_the_momentum_of_a_finger_is_limited():
     mass = cell.model.dof_M0[dofs]
     assert (mass > HeavyFingers.ARMATURE).all()
     gripper.close(40.0)
-    contact = None
+    contact, momenta = None, []
     while not gripper.steady:
         cell.step()
         assert cell.time < 2.0
         if contact is None and any(gripper.forces):
             contact = cell.time
         if contact is not None and cell.time > contact + 0.05:  # slowed down; recoil adds a little
-            assert np.abs(mass * cell.data.qvel[dofs]).max() < 1.3 * MOMENTUM
+            momenta.append(np.abs(mass * cell.data.qvel[dofs]).max())
+    assert 0.9 * MOMENTUM < max(momenta) < 1.3 * MOMENTUM
     assert gripper.held == ("cube",)
 
 
