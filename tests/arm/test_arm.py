@@ -12,48 +12,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.planning import LineTo
 from bt_manip.robots import Payload
 
-DT = 1e-3
-EPS = 1e-6  # relative
-
-
-class Watch:
-    """Advances an arm and checks every step against its limits."""
-
-    def __init__(self, arm: Arm):
-        self.arm = arm
-        self.rows = [self.now()]
-
-    def now(self):
-        return self.arm.q.copy(), self.arm.v.copy(), self.arm.a.copy()
-
-    def run(self, steps: int = 10**6) -> None:
-        while self.arm.moving and steps > 0:
-            self.arm.advance(DT)
-            self.rows.append(self.now())
-            steps -= 1
-
-    def check(self) -> None:
-        limits = self.arm.model.limits
-        q, v, a = (np.array(column) for column in zip(*self.rows, strict=True))
-        assert limits.contain(q.min(axis=0), 1e-9) and limits.contain(q.max(axis=0), 1e-9)
-        assert (np.abs(v) <= limits.velocity * (1 + EPS)).all()
-        assert (np.abs(a) <= limits.acceleration * (1 + EPS)).all()
-        assert (np.abs(np.diff(a, axis=0)) / DT <= limits.jerk * (1 + EPS)).all()
-        # No jumps: the position changes by the mean velocity, the velocity by the mean
-        # acceleration, except for a jerk that changes within a step.
-        off_v = np.diff(q, axis=0) / DT - 0.5 * (v[1:] + v[:-1])
-        off_a = np.diff(v, axis=0) / DT - 0.5 * (a[1:] + a[:-1])
-        assert (np.abs(off_v) <= limits.jerk * DT**2 / 3).all()
-        assert (np.abs(off_a) <= limits.jerk * DT / 2).all()
-
-    def worst_effort(self) -> float:
-        model = self.arm.model
-        return max((np.abs(model.effort(*row)) / model.limits.effort).max() for row in self.rows)
-
-
-@pytest.fixture
-def watch(arm):
-    return Watch(arm)
+from .watch import DT, Watch
 
 
 def down(x, y, z, yaw=0.0):
@@ -203,7 +162,9 @@ def test_motion_does_not_depend_on_the_control_step(robot):
     assert np.abs(fine.q - coarse.q).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", ["line after a stop", "turned", "stopped", "paused", "rest"])
+@pytest.mark.parametrize(
+    "kind", ["line after a stop", "turned", "stopped", "pausing", "paused", "rest"]
+)
 def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
     watch = Watch(arm)
@@ -219,14 +180,15 @@ def test_restored_arm_continues_bit_for_bit(robot, kind):
         arm.move_linear(down(0.4, 0.2, 0.3))
     elif kind == "stopped":
         arm.stop()
-    elif kind == "paused":
+    elif kind in ("pausing", "paused"):
         arm.pause()
-    watch.run(31)
+    watch.run(300 if kind == "paused" else 31)
+    assert arm.paused == (kind == "paused")
     other = Arm(robot)
     other.set_state(json.loads(json.dumps(arm.get_state())))
     assert other.payload.mass == 0.3 and other.moving == arm.moving
-    changes = {300: Arm.resume, 400: Arm.stop} if kind == "paused" else {40: Arm.stop}
-    for step in range(600 if kind == "paused" else 300):
+    changes = {300: Arm.resume, 400: Arm.stop} if "paus" in kind else {40: Arm.stop}
+    for step in range(600 if "paus" in kind else 300):
         for each in (arm, other):
             each.advance(DT)
             changes.get(step, Arm.get_state)(each)

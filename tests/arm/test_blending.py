@@ -10,15 +10,10 @@ from bt_manip.exceptions import MotionError
 from bt_manip.planning import tool_distance
 from bt_manip.spatial import pointing_down
 
-from .test_arm import Watch
+from .watch import Watch
 
 CORNER = np.array([0.5, 0.2, -0.3, -1.7, 0.3, 1.9, 0.9])
 RADIUS = 0.2
-
-
-@pytest.fixture
-def watch(arm):
-    return Watch(arm)
 
 
 def run_to_blend(watch, radius=RADIUS):

@@ -21,11 +21,13 @@ from bt_manip.collision import CollisionWorld
 from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, compile_alone, panda, read_description
+from bt_manip.robots import Robot, panda, read_description
 from tests.measuring.disturbances import contacts
 from tests.robot_fixtures import Box
 from tests.support.small_arm import write_small_arm
 from tests.trajectories.pendulum import pendulum
+
+from .watch import arm_of
 
 THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
 
@@ -261,9 +263,8 @@ def test_an_impulse_is_what_neither_motors_nor_lag_explain(impulse, before, now,
 def test_thresholds_follow_from_effort_limits_and_of_weak_arms_from_the_force_of_handling(
     bench, tmp_path
 ):
-    weak = Robot(read_description(write_small_arm(tmp_path, effort=2.5, friction=0.3)))
-    compile_alone(weak)
-    small, panda = weak.make_model(), bench.arm.model
+    weak = arm_of(read_description(write_small_arm(tmp_path, effort=2.5, friction=0.3)))
+    small, panda = weak.model, bench.arm.model
     assert small.levers[0] == pytest.approx(0.645)
     for model in (small, panda):  # 3 % of the limits, 1.2 N at the tool, and 2.2 times the friction
         expected = np.maximum(0.03 * model.limits.effort, 1.2 * model.levers) + 2.2 * model.friction

@@ -10,14 +10,9 @@ from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
 from tests.measuring.stops import distance
 
-from .test_arm import DT, Watch
+from .watch import DT, Watch
 
 GOAL = np.array([0.9, 0.3, -0.4, -1.9, 0.5, 1.9, -0.3])
-
-
-@pytest.fixture
-def watch(arm):
-    return Watch(arm)
 
 
 def joints(arm):

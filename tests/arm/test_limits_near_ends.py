@@ -5,19 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.robots import Robot, panda
 from bt_manip.trajectories import plan_stop, trajectory_from_state
+
+from .watch import arm_of
 
 NEAR = replace(panda(), near_offset=(0.3,) * 7, near_deceleration=(4.0,) * 7, limit_margin=0.02)
 
 
 @pytest.fixture(scope="module")
-def arm() -> Arm:
-    robot = Robot(NEAR)
-    compile_alone(robot)
-    return Arm(robot)
+def arm():
+    return arm_of(NEAR)
 
 
 def test_a_motion_to_the_end_of_the_range_is_slowed_only_there(arm):

@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.planning import plan_back_off
 
-from .test_arm import DT, Watch
+from .watch import DT
 
 
 def depth(walled, q: np.ndarray) -> float:
@@ -30,11 +30,10 @@ def test_an_arm_pushed_along_a_wall_backs_off_without_going_deeper(walled, joint
     assert max(depth(walled, row) for row in rows) <= depth(walled, q) + 1e-3
 
 
-def test_a_redirected_arm_reaches_its_share_of_the_velocity_limit_and_keeps_it(arm):
+def test_a_redirected_arm_reaches_its_share_of_the_velocity_limit_and_keeps_it(arm, watch):
     speed = 0.6
     aside = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     arm.move_to_configuration(arm.model.home + 2.0 * aside, speed=speed)
-    watch = Watch(arm)
     watch.run(300)
     arm.move_to_configuration(arm.model.home - 2.0 * aside, speed=speed)
     watch.rows = [watch.now()]

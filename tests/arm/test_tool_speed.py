@@ -12,7 +12,7 @@ from bt_manip.arm import Arm
 from bt_manip.behaviours import SetSpeed
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError, MotionError
-from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.robots import panda
 from bt_manip.runner import RunObserver, RunRequest, prepare, request_of
 from bt_manip.runner.commanded_robot import chosen_robots, make_robot
 from bt_manip.scenes import Scene, SceneRobot
@@ -21,6 +21,8 @@ from tests.measuring.collisions import one_arm
 from tests.measuring.random_arms import random_arm
 from tests.measuring.tool_speeds import STEP, ToolPositions
 
+from .watch import arm_of
+
 LIMIT = 0.25  # [m/s]
 SLOW = replace(panda(), tool_speed=LIMIT)
 
@@ -28,12 +30,6 @@ SLOW = replace(panda(), tool_speed=LIMIT)
 @pytest.fixture(scope="module")
 def tool() -> ToolPositions:
     return ToolPositions(SLOW)
-
-
-def arm_of(description) -> Arm:
-    robot = Robot(description)
-    compile_alone(robot)
-    return Arm(robot)
 
 
 @pytest.fixture(scope="module")
