@@ -163,7 +163,7 @@ def test_motion_does_not_depend_on_the_control_step(robot):
 
 
 @pytest.mark.parametrize(
-    "kind", ["line after a stop", "turned", "stopped", "pausing", "paused", "rest"]
+    "kind", ["line after a stop", "turned", "stopped", "pausing", "paused", "blend", "rest"]
 )
 def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
@@ -182,11 +182,17 @@ def test_restored_arm_continues_bit_for_bit(robot, kind):
         arm.stop()
     elif kind in ("pausing", "paused"):
         arm.pause()
+    elif kind == "blend":
+        while not arm.ends_within(0.2):
+            arm.advance(DT)
+        arm.blend_radius = 0.2
+        arm.move_linear(down(0.4, 0.2, 0.3))
+        assert arm.trajectory.get_state()["kind"] == "blended"
     watch.run(300 if kind == "paused" else 31)
     assert arm.paused == (kind == "paused")
     other = Arm(robot)
     other.set_state(json.loads(json.dumps(arm.get_state())))
-    assert other.payload.mass == 0.3 and other.moving == arm.moving
+    assert other.get_state() == arm.get_state() and other.payload.mass == 0.3
     changes = {300: Arm.resume, 400: Arm.stop} if "paus" in kind else {40: Arm.stop}
     for step in range(600 if "paus" in kind else 300):
         for each in (arm, other):

@@ -1,7 +1,5 @@
 """Blends: the next motion begins before the arm has come to rest, inside all limits."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -105,19 +103,6 @@ def test_without_a_blend_radius_the_next_motion_starts_at_once_as_before(watch):
     watch.run(500)
     joints_on(watch.arm)
     assert watch.arm.trajectory.get_state()["kind"] == "joints"
-
-
-def test_a_restored_blend_goes_on_bit_for_bit(watch):
-    arm = watch.arm
-    blend_at_corner(watch, line_down)
-    watch.run(40)
-    other = Watch(Arm(arm.robot, ik=arm.ik))
-    other.arm.set_state(json.loads(json.dumps(arm.get_state())))
-    assert other.arm.get_state() == arm.get_state()
-    watch.run()
-    other.run()
-    for ours, theirs in zip(watch.rows[1 - len(other.rows) :], other.rows[1:], strict=True):
-        assert np.array_equal(ours, theirs)
 
 
 def test_a_refused_motion_leaves_the_arm_on_its_way_to_the_corner(watch):

@@ -109,25 +109,6 @@ def test_the_payload_of_the_reference_is_taken_over_also_right_after_a_state_is_
         assert control.payload is payload
 
 
-def test_a_restored_state_continues_bit_for_bit(make_arm):
-    cell, robot, control = make_arm(ComputedTorque)
-    control.reference = Wave(robot.q, 0.2, 5.0)
-    control.payload = Payload(0.2)
-    cell.step(200)
-    kept = cell.snapshot(), control.get_state(), control.reference.t
-    cell.step(100)
-    future = cell.state_bytes()
-    control.payload = Payload(3.0)
-    cell.step(10)
-
-    cell.restore(kept[0])
-    control.set_state(kept[1])
-    control.reference.t = kept[2]
-    control.reference.advance(0.0)
-    cell.step(100)
-    assert cell.state_bytes() == future
-
-
 @pytest.mark.parametrize(
     ("gains", "message"),
     [

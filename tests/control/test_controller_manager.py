@@ -135,12 +135,13 @@ def test_only_the_active_controller_commands_and_others_are_made_when_needed(mak
     assert manager.get_state() == before
 
 
-@pytest.mark.parametrize("steps", [0, 40], ids=lambda n: f"{n} steps after the switch")
-def test_from_a_state_during_a_transfer_it_continues_bit_for_bit(make, steps):
+@pytest.mark.parametrize(("active", "steps"), [("computed_torque", 0), ("pd", 0), ("pd", 40)])
+def test_from_a_state_also_during_a_transfer_it_continues_bit_for_bit(make, active, steps):
     cell, robot, manager = make(load=LOAD)
     manager.reference = Hold(robot.q)
+    manager.controller.payload = Payload(0.2)
     cell.step(300)
-    manager.switch("pd")
+    manager.switch(active)
     cell.step(steps)
     state, physics, q_ref = json.dumps(manager.get_state()), cell.snapshot(), manager.reference.q
     cell.step(300)
@@ -149,7 +150,7 @@ def test_from_a_state_during_a_transfer_it_continues_bit_for_bit(make, steps):
     other.restore(physics)
     restored.reference = Hold(q_ref)
     restored.set_state(json.loads(state))
-    assert restored.active == "pd"
+    assert restored.active == active
     other.step(300)
     assert other.state_bytes() == cell.state_bytes()
 
