@@ -100,6 +100,10 @@ def test_arm_stops_on_detection_and_the_next_motion_clears_the_fault(bench):
     bench.cell.step(150)
     bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 60.0, 0.0]
     assert bench.until_detected(20)
+    fault = bench.arm.fault
+    bench.cell.data.xfrc_applied[bench.hand][:3] = [40.0, -120.0, 60.0]
+    bench.cell.step(20)
+    assert bench.arm.moving and bench.arm.fault == fault  # the first one is the reason
     bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
     bench.cell.step(400)
     assert not bench.arm.busy and np.abs(bench.arm.q - THERE).max() > 0.05

@@ -70,6 +70,9 @@ def test_it_holds_the_object_at_the_tool_which_moves_with_it_until_it_slips(
     holding, cell, connection
 ):
     assert holding.steady and holding.held == ("cube",) and holding.forces == (30.0, 30.0)
+    assert holding.status == "fingers 49 of 80 mm apart"
+    connection.problem = "no power"
+    assert holding.status == "fingers 49 of 80 mm apart: no power"
     moved = pose((0.0, 0.1, 0.2)) * holding.robot.tool_pose
     holding.follow_tool(moved)
     np.testing.assert_allclose(cell.pose("cube").translation, moved.translation, atol=1e-6)

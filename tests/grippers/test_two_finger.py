@@ -43,6 +43,9 @@ def test_each_finger_presses_with_the_commanded_force_which_may_be_changed(grip,
             assert shown == pytest.approx(commanded, rel=0.05)
     cell.step(700)
     assert gripper.forces == pytest.approx([force, force], rel=0.02)
+    left, right = gripper.forces
+    press = f"fingers press with {left:.1f} and {right:.1f} N, 50 of 80 mm apart"
+    assert gripper.status == press
 
 
 def test_a_grip_is_steady_from_95_to_120_percent_of_the_force(grip):
@@ -133,6 +136,7 @@ def test_opening_lets_the_cube_stand(grip):
     np.testing.assert_allclose(cell.pose("cube").translation, before, atol=5e-4)
     assert gripper.is_free and gripper.held == ()
     assert gripper.state == "still" and not gripper.moving
+    assert gripper.status == "fingers 80 of 80 mm apart"
 
 
 def test_a_move_is_soft_and_arrives_and_fingers_that_meet_say_so():
@@ -143,6 +147,8 @@ def test_a_move_is_soft_and_arrives_and_fingers_that_meet_say_so():
         cell.step()
         widths.append(gripper.width)
         assert cell.time < 0.5
+    # 25 mm at 0.1 m/s, 20 ms to reach that at 5 m/s2, and 10 ms to reach that at 500 m/s3.
+    assert cell.time == pytest.approx(0.28, abs=2e-3)
     speed = np.diff(widths) / cell.dt
     assert gripper.width == pytest.approx(0.03, abs=1e-4)
     assert np.abs(speed).max() < 2 * 0.1 * 1.02
