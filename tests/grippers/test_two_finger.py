@@ -44,8 +44,9 @@ def test_each_finger_presses_with_the_commanded_force_which_may_be_changed(grip,
     cell.step(700)
     assert gripper.forces == pytest.approx([force, force], rel=0.02)
     left, right = gripper.forces
-    press = f"fingers press with {left:.1f} and {right:.1f} N, 50 of 80 mm apart"
-    assert gripper.status == press
+    apart = round(1000.0 * gripper.width)
+    pressing = f"fingers press with {left:.1f} and {right:.1f} N, {apart} of 80 mm apart"
+    assert gripper.status == pressing
 
 
 def test_a_grip_is_steady_from_95_to_120_percent_of_the_force(grip):
