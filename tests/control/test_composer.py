@@ -8,12 +8,12 @@ from dm_control import composer
 from .conftest import Wave, panda_cell
 
 LIFT = np.array([0.0, -0.1, 0.0, 0.0, 0.0, 0.0, 0.1])  # up from the post, turning
-STEPS = 600  # [ms]
+STEPS = 450  # [ms]
 
 
 def test_the_motion_under_control_gives_the_same_state_bits_and_the_grippers_observables():
     cell, robot, control, gripper = panda_cell()
-    control.reference = Wave(robot.q, LIFT, 6.0, delay=0.4)
+    control.reference = Wave(robot.q, LIFT, 6.0, delay=0.38)
     gripper.close()
     cell.step(STEPS)
     assert gripper.steady
@@ -25,7 +25,7 @@ def test_the_motion_under_control_gives_the_same_state_bits_and_the_grippers_obs
             composer.NullTask(other.arena), random_state=0, legacy_step=legacy_step
         )
         environment.reset()
-        control.reference = Wave(home, LIFT, 6.0, delay=0.4)
+        control.reference = Wave(home, LIFT, 6.0, delay=0.38)
         gripper.close()
         idle = np.zeros(environment.physics.model.nu)
         for _ in range(STEPS):

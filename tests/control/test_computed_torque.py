@@ -26,6 +26,20 @@ def test_the_torque_gives_mujoco_the_commanded_acceleration(make_arm):
         np.testing.assert_allclose(data.qacc[robot.dof_adr], a, atol=1e-9)
 
 
+def test_damping_is_compensated_as_measured_and_dry_friction_as_commanded(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    q, v, v_ref = np.array([[0.4, -0.7], [0.3, -0.5], [0.01, -0.005]])
+    robot.set_configuration(q)
+    cell.data.qvel[robot.dof_adr] = v
+    mujoco.mj_forward(cell.model, cell.data)
+    expected = cell.data.qfrc_bias[robot.dof_adr] + np.array([0.3, 0.1]) * v
+    expected += np.array([0.2, 0.1]) * np.tanh(v_ref / 0.01)
+    undone = -120.0 * (v_ref - v)  # the feedback on the velocity
+    assert control.compute(q, v, q, v_ref, undone) == pytest.approx(expected)
+    for gains in zip(control.kd, control.kp, control.ki, strict=True):  # poles at -40 rad/s
+        assert gains == pytest.approx(tuple(np.poly([-40.0] * 3)[1:]))
+
+
 def test_the_error_of_every_joint_follows_the_linear_equation(make_arm):
     """e'' + kd e' + kp e + ki z = 0, z' = e, integrated here step by step as MuJoCo does."""
     cell, robot, control = make_arm(ComputedTorque, kp=(300, 1200), ki=(1000, 8000), kd=(30, 60))

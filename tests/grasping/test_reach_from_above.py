@@ -52,7 +52,7 @@ def test_the_area_of_a_small_arm_covers_more_than_half_of_what_it_reaches(small)
     assert small.cell.pose("table").translation[0] == 0.0
     region = small.first.reach.area(small.cell, "table", HEIGHT)
     small.arm.world.refresh(fixed_only=True)
-    points = np.random.default_rng(0).uniform((-0.7, -0.4), (0.5, 0.4), (60, 2))
+    points = np.random.default_rng(0).uniform((-0.7, -0.4), (0.5, 0.4), (40, 2))
     reached = [point for point in points if reaches(small, *point)]
     covered = [point for point in reached if region.covers(pose((*point, 0.0)), slack=0.0)]
     assert len(reached) > 10

@@ -16,8 +16,10 @@ from bt_manip.grippers.two_finger.antipodal_grasps import (
     box_grasps,
     cylinder_grasps,
     grasp_candidates,
+    sampled_grasps,
     sphere_grasps,
 )
+from bt_manip.grippers.two_finger.antipodal_sampling import AntipodalPairs
 from tests.grippers.shapes import DOWN, HAND, candidates, convex, solid, wedge
 
 TURNED = pin.SE3(pin.rpy.rpyToMatrix(0.5, -0.3, 1.1), np.array([0.1, -0.2, 0.3]))
@@ -98,6 +100,26 @@ def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it
         candidates(solid("box", 0.0395, 0.05, 0.05))
     with pytest.raises(MotionError, match="79 mm wide; the fingers open to 80 mm and need 82 mm"):
         candidates(convex(trimesh.creation.box((0.079, 0.1, 0.1))))
+
+
+def test_sampled_pairs_are_approached_in_five_directions_with_either_finger_first():
+    R, p = TURNED.rotation, TURNED.translation
+    places = np.array([[0.0, 0.01, 0.0155], [0.0, -0.03, 0.0]])
+    aside = [0.02, 0.0, 0.0]
+    pairs = AntipodalPairs(
+        (places - aside) @ R.T + p, (places + aside) @ R.T + p, np.array([0.1, 0.2])
+    )
+    expected, contact = [], np.array([0.3, 0.9])
+    for place, extent, *quality in zip(places, (0.04, 0.05), contact, (0.1, 0.2), strict=True):
+        for k in range(-2, 3):  # eighths of a turn from straight down
+            a = R @ pin.utils.rotate("x", k * math.pi / 4) @ [0.0, 0.0, -1.0]
+            for line in (R[:, 0], -R[:, 0]):
+                row = R @ place + p, line, a, 0.04, 0.0 if k else extent, quality
+                expected.append(np.hstack(row))
+    shape = solid("box", 0.02, 0.2, 0.0565, at=p, rotation=R)
+    found = sampled_grasps([shape], pairs, contact, R @ [0.6, 0.0, -0.8])
+    rows = sorted_rows(np.hstack(grasp[:7]) for grasp in found)
+    assert rows == pytest.approx(sorted_rows(expected), abs=1e-9)
 
 
 def test_an_object_is_half_a_millimetre_wider_than_the_closed_fingers():
