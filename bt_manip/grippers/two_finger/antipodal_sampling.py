@@ -44,7 +44,7 @@ class AntipodalPairs(NamedTuple):
         return line / np.maximum(width, 1e-9)[:, None], width
 
 
-class Wall(NamedTuple):
+class Chord(NamedTuple):
     """A part of a line that is inside an object."""
 
     enter: float  # [m] along the line
@@ -85,7 +85,7 @@ def sample_surface(
 
 def intersect(
     solids: Sequence[Polyhedron], points: np.ndarray, directions: np.ndarray
-) -> list[list[Wall]]:
+) -> list[list[Chord]]:
     """Intersect lines with an object by Cyrus-Beck clipping against the planes of each solid.
 
     Args:
@@ -94,9 +94,9 @@ def intersect(
         directions: Unit directions of the lines.  # (n, 3)
 
     Returns:
-        The walls along each line, in order.
+        The parts of each line inside the object, in order.
     """
-    parts: list[list[Wall]] = [[] for _ in points]
+    parts: list[list[Chord]] = [[] for _ in points]
     for solid in solids:
         slope = directions @ solid.normals.T  # (n, m)
         ahead = solid.offsets - points @ solid.normals.T
@@ -110,13 +110,13 @@ def intersect(
         t_in, t_out = enters[rows, a], leaves[rows, b]
         for i in np.flatnonzero((t_in < t_out) & ~beside):
             normals = solid.normals[a[i]], solid.normals[b[i]]
-            parts[i].append(Wall(float(t_in[i]), float(t_out[i]), *normals))
+            parts[i].append(Chord(float(t_in[i]), float(t_out[i]), *normals))
     return [_merged(sorted(part, key=lambda p: p[:2])) for part in parts]
 
 
-def _merged(parts: list[Wall]) -> list[Wall]:
+def _merged(parts: list[Chord]) -> list[Chord]:
     """Merge the parts of solids that overlap or touch along a line."""
-    walls: list[Wall] = []
+    walls: list[Chord] = []
     for part in parts:
         if not walls or part.enter > walls[-1].leave + _MERGED:
             walls.append(part)
@@ -259,7 +259,7 @@ def face_extents(
     return np.concatenate([[0.0], _FACE_STEPS])[steps]
 
 
-def _touches(walls: Sequence[Wall], width: float) -> tuple[bool, bool]:
+def _touches(walls: Sequence[Chord], width: float) -> tuple[bool, bool]:
     """Return whether both pads touch walls within `_FLAT` of the distance between them."""
     first = any(abs(wall.enter) < _FLAT for wall in walls)
     return first, any(abs(wall.leave - width) < _FLAT for wall in walls)
