@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from bt_manip.cell.objects import Box
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import GripperError, Robot, RobotError, panda
 from tests.support.arms import Wave, panda_cell
@@ -161,6 +162,21 @@ def test_a_move_is_soft_and_arrives_and_fingers_that_meet_say_so():
     assert not gripper.steady and not gripper.moving
     assert gripper.held == ()
     assert gripper.forces == pytest.approx((5.0, 5.0), rel=0.05)
+
+
+def test_what_is_thinner_than_a_millimetre_counts_as_nothing_and_is_pressed_with_5_newtons():
+    cell, robot, control, gripper = panda_cell(cube=False)
+    for thickness, force in ((1.3e-3, 50.0), (0.7e-3, 5.0)):
+        plate = Box(size=(0.02, thickness, 0.02))
+        cell.add(plate, robot.tool_pose, name="plate", free=False, overlap=1.0)
+        gripper.close(50.0)
+        step_until(cell, lambda: not gripper.moving)
+        cell.step(50)
+        assert gripper.forces == pytest.approx((force, force), rel=0.05)
+        assert gripper.closed_on_nothing == (not gripper.steady) == (force == 5.0)
+        gripper.open()
+        step_until(cell, lambda: gripper.is_open)
+        cell.remove("plate")
 
 
 def test_a_stop_brakes_where_it_is_and_keeps_what_is_held(grip):
