@@ -106,13 +106,9 @@ def test_commands_take_time_and_nothing_is_held_without_the_flag_or_at_either_en
     gripper.update()
     assert gripper.moving and not gripper.steady and not gripper.closed_on_nothing
     assert connection.sent == [("grasp", 0.0, 0.1, 30.0)]
-    for width, flag, held in (
-        (0.0029, True, 0),
-        (0.0031, True, 1),
-        (0.0789, True, 1),
-        (0.0791, True, 0),
-        (0.049, False, 0),
-    ):
+    grasps = [(0.0029, True), (0.0031, True), (0.0789, True), (0.0791, True), (0.049, False)]
+    for width, flag in grasps:
+        held = flag and 0.003 < width < 0.079  # not at either end
         gripper.close(30.0)
         connection.done(width, flag)
         gripper.update()
