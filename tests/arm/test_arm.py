@@ -81,6 +81,16 @@ def test_move_to_pose_brings_the_tool_to_the_nearest_of_equivalent_poses(arm, wa
     assert pin.log6(arm.model.pose(arm.q).actInv(poses[1])).np == pytest.approx(0, abs=2e-6)
 
 
+def test_an_unreachable_pose_is_refused_with_the_distance_of_the_nearest_one_that_was_found(arm):
+    T_wt = down(0.1, 0.0, 0.9)  # in reach, but not pointing down
+    with pytest.raises(MotionError, match="the pose is unreachable") as raised:
+        arm.move_to_pose(T_wt)
+    nearest = T_wt.actInv(arm.model.pose(arm.ik.nearest(T_wt, arm.q, margin=0.05).q))
+    away, turn = np.linalg.norm(nearest.translation), np.linalg.norm(pin.log3(nearest.rotation))
+    told = f"; nearest found is {1000.0 * away:.1f} mm and {turn:.3f} rad away"
+    assert str(raised.value).endswith(told) and raised.value.reason == "unreachable"
+
+
 def test_straight_approach_is_possible_from_a_pose_with_approach(arm, watch):
     for x, y, yaw in ((0.32, 0.1, 1.1), (0.3, -0.28, 2.9), (0.5, 0.3, -2.0)):
         arm.move_to_pose([down(x, y, 0.43, yaw + k * np.pi / 2) for k in range(4)], approach=0.38)
