@@ -42,15 +42,6 @@ def test_motion_between_configurations_is_a_straight_joint_space_segment(arm, wa
         assert np.abs(from_start - np.outer(from_start @ direction, direction)).max() < 1e-12
 
 
-def test_motion_at_full_speed_reaches_one_limit(arm, watch):
-    target = arm.q.copy()
-    target[0] += 2.5
-    arm.move_to_configuration(target)
-    watch.run()
-    fastest = max(row[1][0] for row in watch.rows)
-    assert fastest == pytest.approx(arm.model.limits.velocity[0])
-
-
 def test_remaining_time_decreases_and_at_half_speed_is_twice_as_long(arm, watch):
     target = arm.model.home + 0.3
     arm.move_to_configuration(target)

@@ -85,6 +85,19 @@ def test_a_rotation_counts_as_the_travel_of_a_point_beside_the_tool(arm, rng):
     assert tool_distance(arm.model, turn[None], T) == pytest.approx([0.3])
 
 
+def test_the_rest_of_a_motion_is_within_a_radius_at_the_earliest_after_a_tenth_of_it(watch):
+    arm = watch.arm
+    arm.move_to_configuration(CORNER)
+    T_target = arm.model.pose(CORNER).copy()
+    (length,) = tool_distance(arm.model, arm.q[None], T_target)
+    while arm.moving:
+        (left,) = tool_distance(arm.model, arm.q[None], T_target)
+        for radius in (0.08, 10.0):
+            assert arm.ends_within(radius) == (left <= min(radius, 0.9 * length))
+        watch.run(15)
+    assert arm.ends_within(0.0)
+
+
 def test_an_arm_that_hardly_moves_yet_or_pauses_does_not_end_within_a_large_radius(watch):
     arm = watch.arm
     arm.move_to_configuration(CORNER)
@@ -96,13 +109,6 @@ def test_an_arm_that_hardly_moves_yet_or_pauses_does_not_end_within_a_large_radi
     assert not arm.ends_within(10.0)
     watch.run()
     assert arm.paused and not arm.ends_within(10.0)
-
-
-def test_without_a_blend_radius_the_next_motion_starts_at_once_as_before(watch):
-    watch.arm.move_to_configuration(CORNER)
-    watch.run(500)
-    joints_on(watch.arm)
-    assert watch.arm.trajectory.get_state()["kind"] == "joints"
 
 
 def test_a_refused_motion_leaves_the_arm_on_its_way_to_the_corner(watch):

@@ -154,18 +154,6 @@ def test_sudden_deceleration_of_a_stretched_arm_causes_no_detection(bench):
             assert not arm.moving
 
 
-def test_contact_with_an_unknown_obstacle_stops_the_arm_and_names_it(bench):
-    bench.arm.move_to_configuration(THERE)
-    bench.cell.step(50)
-    tool = bench.arm.model.pose(0.5 * (THERE + bench.arm.model.home))
-    bench.cell.add(Box((0.06, 0.06, 0.3)), tool, name="post")
-    try:
-        assert bench.until_detected(800) is not None
-        assert "touches 'post'" in bench.arm.fault
-    finally:
-        bench.cell.remove("post")
-
-
 def test_contacts_are_detected_anywhere_on_the_arm_and_from_any_side():
     detected = contacts(4)
     assert detected.in_time == 4 and detected.false == 0
