@@ -299,6 +299,10 @@ ARGUED = {
     "across = np.cross(closing, [0.0, 0.0": "only the other two coordinates are read",
     "np.cross([0.0, 0.0, -1.0], closing)": "distances to both sides of the tool count alike",
     "[LineTo(T_wt)], speed, 1.0": "a single line has no corners",
+    "np.maximum(part, -1)": "without a part the whole object counts",
+    "for restarts in (1, _RESTARTS)": "one more initial guess is none the worse",
+    "ends[(1)] > ends[0]": "the positions along a travel rise or fall",
+    "ends[1] > ends[0]": "the positions along a travel rise or fall",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

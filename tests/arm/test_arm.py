@@ -161,6 +161,11 @@ def test_motion_does_not_depend_on_the_control_step(robot):
     for _ in range(2):
         fine.advance(0.5e-3)
     assert np.abs(fine.q - coarse.q).max() < 1e-12
+    left, steps = coarse.remaining, 0
+    while coarse.moving:
+        coarse.advance(1e-3)
+        steps += 1
+    assert steps == pytest.approx(1e3 * left, abs=2.01)
 
 
 @pytest.mark.parametrize(

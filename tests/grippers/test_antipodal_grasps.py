@@ -149,7 +149,7 @@ def test_a_box_is_gripped_by_its_faces_over_each_face_and_edge_that_is_not_below
 
 
 @pytest.mark.parametrize(
-    ("kind", "half", "round_end"), [("cylinder", 0.03, 0), ("capsule", 0.02, 1)]
+    ("kind", "half", "round_end"), [("cylinder", 0.03, 0), ("capsule", 0.017, 1)]
 )
 @pytest.mark.parametrize("radius", [0.008, 0.013])
 def test_a_cylinder_is_gripped_across_it_along_it_and_at_its_ends(kind, half, round_end, radius):
