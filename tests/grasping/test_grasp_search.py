@@ -50,45 +50,6 @@ def plan(station, thing, radius, yaw, turn=0.0, heights=(0.15,)):
     return found, centre
 
 
-@pytest.mark.parametrize(
-    ("make", "turn"), [(Cube, 0.4), (Cube, 1.1), (Cylinder, 0.4), (Sphere, 0.0)]
-)
-def test_an_arm_of_five_joints_grips_from_above_at_any_turn(five, make, turn):
-    found, _ = plan(five, make(), 0.5, -0.4, turn)
-    assert found.T_wt.rotation[2, 2] == pytest.approx(-1.0, abs=1e-4)
-
-
-def test_a_ball_too_far_to_grip_from_above_is_gripped_on_the_side_that_the_joints_reach(five):
-    found, centre = plan(five, Sphere(radius=0.025), 0.76, -0.4)
-    approach = found.T_wt.rotation[:, 2]
-    assert 0.3 < -approach[2] < 0.9
-    outwards = np.arctan2(approach[1], approach[0])
-    assert outwards == pytest.approx(-0.4, abs=1e-3)
-    assert found.T_wt.translation == pytest.approx(centre, abs=1e-5)
-    tool = five.arm.model.pose(found.q_pregrasp)
-    assert tool.rotation == pytest.approx(found.T_wt.rotation, abs=1e-4)
-    nearest = GraspPlanner(five.cell, five.arm).nearest("it", tool)[1]
-    assert nearest.rotation == pytest.approx(tool.rotation, abs=1e-4)
-
-
-@pytest.mark.parametrize("make", [Cube, Cylinder])
-def test_the_first_height_that_the_arm_reaches_is_taken_without_more_clearance_checks(
-    five, make, monkeypatch
-):
-    measured = []
-    at_pose = GripperClearance.at_pose
-
-    def counted(self, T_wt):
-        measured.append(tuple(T_wt.translation.tolist() + T_wt.rotation.ravel().tolist()))
-        return at_pose(self, T_wt)
-
-    monkeypatch.setattr(GripperClearance, "at_pose", counted)
-    found, centre = plan(five, make(), 0.74, -0.4, heights=(0.4, 0.3, 0.2, 0.1))
-    tool = five.arm.model.pose(found.q_pregrasp).translation
-    assert tool - centre == pytest.approx([0.0, 0.0, 0.2], abs=1e-4)
-    assert make is not Cube or len(set(measured)) == len(measured) > 0
-
-
 class Search(GraspSearch):
     """Gives the steps of the search, for an arm with given solutions, first joints and margins."""
 
@@ -281,3 +242,42 @@ def test_each_checked_grasp_that_is_not_clear_is_counted_by_what_is_in_the_way(f
     obstructed = sum(not clear for _, clear in planner.checked.grasps)
     assert rejections.self_obstructed > 0
     assert rejections.self_obstructed + rejections.no_clearance.total() == obstructed
+
+
+@pytest.mark.parametrize(
+    ("make", "turn"), [(Cube, 0.4), (Cube, 1.1), (Cylinder, 0.4), (Sphere, 0.0)]
+)
+def test_an_arm_of_five_joints_grips_from_above_at_any_turn(five, make, turn):
+    found, _ = plan(five, make(), 0.5, -0.4, turn)
+    assert found.T_wt.rotation[2, 2] == pytest.approx(-1.0, abs=1e-4)
+
+
+def test_a_ball_too_far_to_grip_from_above_is_gripped_on_the_side_that_the_joints_reach(five):
+    found, centre = plan(five, Sphere(radius=0.025), 0.76, -0.4)
+    approach = found.T_wt.rotation[:, 2]
+    assert 0.3 < -approach[2] < 0.9
+    outwards = np.arctan2(approach[1], approach[0])
+    assert outwards == pytest.approx(-0.4, abs=1e-3)
+    assert found.T_wt.translation == pytest.approx(centre, abs=1e-5)
+    tool = five.arm.model.pose(found.q_pregrasp)
+    assert tool.rotation == pytest.approx(found.T_wt.rotation, abs=1e-4)
+    nearest = GraspPlanner(five.cell, five.arm).nearest("it", tool)[1]
+    assert nearest.rotation == pytest.approx(tool.rotation, abs=1e-4)
+
+
+@pytest.mark.parametrize("make", [Cube, Cylinder])
+def test_the_first_height_that_the_arm_reaches_is_taken_without_more_clearance_checks(
+    five, make, monkeypatch
+):
+    measured = []
+    at_pose = GripperClearance.at_pose
+
+    def counted(self, T_wt):
+        measured.append(tuple(T_wt.translation.tolist() + T_wt.rotation.ravel().tolist()))
+        return at_pose(self, T_wt)
+
+    monkeypatch.setattr(GripperClearance, "at_pose", counted)
+    found, centre = plan(five, make(), 0.74, -0.4, heights=(0.4, 0.3, 0.2, 0.1))
+    tool = five.arm.model.pose(found.q_pregrasp).translation
+    assert tool - centre == pytest.approx([0.0, 0.0, 0.2], abs=1e-4)
+    assert make is not Cube or len(set(measured)) == len(measured) > 0
