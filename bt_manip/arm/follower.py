@@ -302,8 +302,9 @@ class TrajectoryFollower:
             return False
         setpoints = self._setpoints[begin:, : len(self.q)]
         time = self._start + begin * self.dt
-        self.send(latency, _with_stop(setpoints, self.trajectory, time, model))
-        return len(setpoints) > SENT_AHEAD + 1
+        sent = _with_stop(setpoints, self.trajectory, time, model)
+        self.send(latency, sent)
+        return sent is not setpoints
 
     def _state_ahead(self) -> ArmState:
         """Return the state after the latency."""

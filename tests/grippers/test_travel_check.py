@@ -146,6 +146,8 @@ def test_a_description_in_python_names_the_file_of_its_travel(tmp_path):
         ("mass = ", "mas = ", "key 'gripper.travel.mass' is missing"),
         ("widths = [", "widths = [0.0, ", "'gripper.travel' has 'positions' that do not fit"),
         ("holding = [[", "holding = [[\"a\", ", "'gripper.travel.holding' is a list of lists"),
+        ("holding = [[", "holding = [[], [", "'gripper.travel.holding' is a list of lists"),
+        ("holding = [[", "holding = [5, [", "'gripper.travel.holding' is a list of lists"),
     ],
 )  # fmt: skip
 def test_a_damaged_travel_is_refused(file, old, new, message):
