@@ -1,12 +1,14 @@
 """Coordination of two arms in one cell: they wait or stop for each other and never collide."""
 
+from types import SimpleNamespace
+
 import mujoco
 import numpy as np
 import pytest
 
 from bt_manip import spatial
 from bt_manip.arm.coordination import MultiArmCoordinator
-from bt_manip.collision import INTER_ROBOT_CLEARANCE
+from bt_manip.collision import INTER_ROBOT_CLEARANCE, INTER_ROBOT_STEP
 from bt_manip.exceptions import MotionError
 from bt_manip.trajectories import JointTrajectory, MotionProfile
 
@@ -87,10 +89,61 @@ class Delayed(MultiArmCoordinator):
 
 
 class StubArm:
-    speed_scale, q = 1.0, np.array([0.3])
+    speed_scale, q, stopped = 1.0, np.array([0.3]), ""
 
-    def __init__(self, moving, remaining):
+    def __init__(self, moving, remaining, stopping=False):
         self.moving, self.remaining = moving, remaining
+        self.follower = SimpleNamespace(stopping=stopping, ahead=lambda times: times)
+
+    def stop(self, cause):
+        self.stopped = cause
+
+
+class Compared(MultiArmCoordinator):
+    """Coordinates two arms that come too near to each other from a distance on."""
+
+    def __init__(self, arm, other, now):
+        self._names, self.now, self.compared = {arm: "arm", other: "other"}, now, []
+
+    def _pair(self, paths):
+        return self, *paths.values()
+
+    def distance(self, first, second):
+        return self.now
+
+    def too_close(self, first, second, clearance):
+        self.compared.append((first, second, clearance))
+        return True
+
+
+@pytest.mark.parametrize("now", [1.0, 0.5 * INTER_ROBOT_CLEARANCE])
+@pytest.mark.parametrize(
+    ("moving", "stopping", "other_moving", "other_stopping", "stopped"),
+    [
+        (1, 0, 1, 0, "other"),
+        (0, 0, 1, 0, "other"),
+        (1, 0, 1, 1, "arm"),
+        (1, 0, 0, 0, "arm"),
+        (1, 1, 0, 0, ""),
+        (0, 0, 1, 1, ""),
+    ],
+)
+def test_of_two_arms_that_come_nearer_than_their_clearance_or_than_they_are_one_stops(
+    now, moving, stopping, other_moving, other_stopping, stopped
+):
+    arm, other = StubArm(moving, 0.305, stopping), StubArm(other_moving, 0.2, other_stopping)
+    coordinator = Compared(arm, other, now)
+    coordinator.motion_changed(arm)
+    assert arm.stopped == ("'other' blocks the path" if stopped == "arm" else "")
+    changed = "'arm' blocks the path: its motion has changed"
+    assert other.stopped == (changed if stopped == "other" else "")
+    for first, second, clearance in coordinator.compared:  # until both rest
+        assert np.array_equal(first, second) and first[0] == 0.0
+        assert 0.305 <= first[-1] <= 0.305 + INTER_ROBOT_STEP
+        assert np.diff(first) == pytest.approx(INTER_ROBOT_STEP)
+        nearest = INTER_ROBOT_CLEARANCE if now == 1.0 else now
+        assert 0.0 <= nearest - clearance < 2e-4
+    assert len(coordinator.compared) == bool(stopped)
 
 
 def rest(duration):
