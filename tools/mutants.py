@@ -302,7 +302,8 @@ ARGUED = {
     "np.maximum(part, -1)": "without a part the whole object counts",
     "for restarts in (1, _RESTARTS)": "one more initial guess is none the worse",
     "ends[(1)] > ends[0]": "the positions along a travel rise or fall",
-    "ends[1] > ends[0]": "the positions along a travel rise or fall",
+    "_STEADY_TIME - 1e-12": "against rounding of times that are whole steps",
+    "_STEADY_TIME - 1.0000000000000002e-06": "against rounding of times that are whole steps",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -120,10 +120,15 @@ def test_motors_of_slides_have_the_smaller_limit_of_model_and_description(force,
 
 def test_motors_need_the_largest_effort_along_the_travel_and_a_fifth_more(file):
     parts = replace(
-        make(file).gripper.mechanism.travel, motor=None, joints=("a", "b"), ratios=(1.0, -2.0),
-        polynomials=((0.01, 0.2, -0.5), (0.0, -0.3)), holding=((0.1, 0.4), (-0.2,)),
-        widths=(0.0, 0.05, 0.1), positions=((0.0, 0.1, 0.3), (0.0, -0.1, -0.2)),
-    )  # fmt: skip
+        make(file).gripper.mechanism.travel,
+        motor=None,
+        joints=("a", "b"),
+        ratios=(1.0, -2.0),
+        polynomials=((0.01, 0.2, -0.5), (0.0, -0.3)),
+        holding=((0.1, 0.4), (-0.2,)),
+        widths=(0.0, 0.05, 0.1),
+        positions=((0.0, 0.1, 0.3), (0.0, -0.1, -0.2)),
+    )
     # ds/dq is 0.2 - q and -0.3; springs take 0.1 + 0.4 q and 0.2.
     expected = [1.2 * 20.0 * 0.2 + 0.22, 1.2 * 20.0 * 0.6 + 0.2]
     assert parts.efforts(20.0, ("a", "b")) == pytest.approx(expected)
