@@ -67,7 +67,6 @@ class Controller(composer.Entity):
         self._reference: Reference | None = None
         self._carried: Payload | None = None  # the reference's payload when it was last read
         self._substitute: Law | None = None  # replaces compute after a fault and while compliant
-        self._dt = 0.0
         self._clipped = False
         self._transfer = np.zeros_like(self._limit)  # [N m] torque difference at the take-over
         self._transfer_steps = 0  # control steps until it is faded out

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from bt_manip.arm import Arm
-from bt_manip.exceptions import MotionError
 from bt_manip.planning import tool_distance
 from bt_manip.spatial import pointing_down
 
@@ -98,26 +97,14 @@ def test_the_rest_of_a_motion_is_within_a_radius_at_the_earliest_after_a_tenth_o
     assert arm.ends_within(0.0)
 
 
-def test_an_arm_that_hardly_moves_yet_or_pauses_does_not_end_within_a_large_radius(watch):
+def test_an_arm_that_pauses_does_not_end_within_a_large_radius(watch):
     arm = watch.arm
     arm.move_to_configuration(CORNER)
-    assert not arm.ends_within(10.0)
-    watch.run(20)
-    assert not arm.ends_within(1e-3)
-    watch.run(180)
+    watch.run(200)
     arm.pause()
     assert not arm.ends_within(10.0)
     watch.run()
     assert arm.paused and not arm.ends_within(10.0)
-
-
-def test_a_refused_motion_leaves_the_arm_on_its_way_to_the_corner(watch):
-    watch.arm.move_to_configuration(CORNER)
-    run_to_blend(watch)
-    with pytest.raises(MotionError, match="unreachable"):
-        watch.arm.move_to_pose(pointing_down([3.0, 0.0, 0.3], 0.0))
-    watch.run()
-    assert watch.arm.q == pytest.approx(CORNER, abs=1e-9)
 
 
 def test_a_wall_inside_the_corner_is_passed_with_its_clearance(walled):

@@ -11,7 +11,6 @@ import trimesh
 
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers.two_finger.antipodal_grasps import (
-    CONTACT_WEIGHT,
     AntipodalGrasp,
     box_grasps,
     cylinder_grasps,
@@ -31,12 +30,6 @@ def approach(grasp):
 
 def closing(grasp):
     return grasp.T_ot.rotation[:, 1]
-
-
-def test_the_contact_costs_more_the_less_of_the_pads_touches():
-    shapes = solid("box", 0.02, 0.02, 0.03), solid("cylinder", 0.02, 0.05), solid("sphere", 0.02)
-    (face, edge), (line,), (point,) = (np.unique(candidates(s).costs["contact"]) for s in shapes)
-    assert 0.0 == face < line < point < edge < CONTACT_WEIGHT
 
 
 def test_an_upright_cylinder_has_the_same_grasps_upside_down():
@@ -101,17 +94,6 @@ def test_an_object_is_half_a_millimetre_wider_than_the_closed_fingers():
     assert {*np.round(candidates(solid("box", 0.0103, 0.05, 0.05), hand=hand).width, 6)} == {0.0206}
     with pytest.raises(MotionError, match="20.4 mm wide; the .* open to 80 mm and close to 20 mm"):
         candidates(solid("box", 0.0102, 0.05, 0.05), hand=hand)
-
-
-def test_sampled_grasps_are_at_the_object_wherever_its_origin_is():
-    mesh, centre = trimesh.creation.box((0.04, 0.05, 0.3)), np.array([0.3, 0.2, 0.1])
-    grasps = list(candidates(convex(mesh.apply_translation(centre))))
-    for grasp in grasps:
-        away = grasp.T_ot.translation - centre
-        assert (np.abs(away) < [0.06, 0.06, 0.17]).all()
-        assert abs(away @ closing(grasp)) < 2e-3 or np.abs(closing(grasp)).max() < 0.9999
-    sides = sorted(tuple(np.round(closing(grasp), 6) + 0.0) for grasp in grasps)
-    assert sides == sorted(tuple(np.round(-closing(grasp), 6) + 0.0) for grasp in grasps)
 
 
 def test_the_same_seed_gives_the_same_grasps():
@@ -203,6 +185,7 @@ def test_a_ball_is_approached_from_above_to_the_side_along_eight_diameters():
         assert grasp.closing == pytest.approx(expected, abs=1e-9)
         aside = np.cross(grasp.closing, DOWN)
         assert grasp.approach == pytest.approx(math.cos(tilt) * DOWN + far * aside, abs=1e-9)
+        assert grasp[3:8] == (0.04, 0.0, 0.6, 0.0, 0.02)  # two points touch the pads
     assert len(found) == 24
 
 

@@ -95,10 +95,3 @@ def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, 
     weak = FingerLoop(mass=0.3, loss=loss, moving=1.0)
     assert weak.forces(Motion(s, 0.0, 0.0), (s + 0.1, s, 0.0, 0.0)) == (-20.0, 0.0)
     assert weak.forces(Motion(s, 0.0, 0.0), (s, s - 0.1, 0.0, 0.0)) == (0.0, 20.0)
-
-
-@pytest.mark.parametrize("loss", [0.0, 30.0, 400.0])
-def test_a_finger_at_its_target_is_not_pushed_on(loss):
-    loop = FingerLoop(mass=0.3, loss=loss, moving=0.1 * loss)
-    away, back = loop.forces(Motion(0.03, 0.0, 0.0), (0.03, 0.03, 0.05, -0.05))
-    assert away <= 0.0 <= back

@@ -47,14 +47,12 @@ def test_the_correction_is_bounded_and_each_finger_damped(friction, mass, bound,
         assert press.forces(1000.0, 30.0, 3e-3, 0.02, -0.05) == pytest.approx(expected)
 
 
-def test_fingers_keep_the_difference_that_they_had():
+def test_fingers_keep_the_difference_that_they_had_with_a_share_of_the_force():
     press = Press()
     press.begin(1e-3)
     press.change(50.0, 0.0)
     press.advance(DT, 50.0)
-    assert press.forces(1000.0, 0.0, 1e-3, 0.0, 0.0) == (-50.0, -50.0)
-    # The first is 2 mm too far out: it closes harder, the second gives way, their sum stays.
-    assert press.forces(1000.0, 0.0, 3e-3, 0.0, 0.0) == (-51.0, -49.0)
-    # Never more than a share of the force.
-    first, second = press.forces(1000.0, 0.0, 1.0, 0.0, 0.0)
-    assert (first + second, first) == (-100.0, pytest.approx(-65.2))
+    # The first is too far out: it closes harder, the second gives way, their sum stays.
+    for difference, step in ((1e-3, 0.0), (3e-3, 1.0), (1.0, 15.2), (-1.0, -15.2)):
+        expected = -50.0 - step, -50.0 + step
+        assert press.forces(1000.0, 0.0, difference, 0.0, 0.0) == pytest.approx(expected)
