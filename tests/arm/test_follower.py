@@ -34,22 +34,6 @@ def test_the_travelled_path_ends_within_its_spacing_of_the_arm_at_every_step(arm
     assert len(back) <= 64 and back.max() > -0.02 and back.min() < -1.18
 
 
-def test_a_lower_speed_scale_lengthens_the_present_and_later_motions(arm, watch):
-    joints(arm)
-    full = arm.remaining
-    watch.run(200)
-    remaining = arm.remaining
-    arm.speed_scale = 0.5
-    assert arm.remaining == pytest.approx(2 * remaining, rel=0.15)
-    watch.run()
-    watch.check()
-    assert np.array_equal(arm.q, GOAL)
-    arm.reset()
-    arm.speed_scale = 0.25
-    joints(arm)
-    assert arm.remaining == pytest.approx(4 * full)
-
-
 def test_a_motion_requested_at_speed_scale_zero_is_paused_replaced_and_discarded(arm, watch):
     arm.speed_scale = 0.0
     joints(arm)
