@@ -302,6 +302,11 @@ ARGUED = {
     "np.maximum(part, -1)": "without a part the whole object counts",
     "for restarts in (1, _RESTARTS)": "one more initial guess is none the worse",
     "ends[(1)] > ends[0]": "the positions along a travel rise or fall",
+    "_RINGS = 9 ": "a polyhedron closer to the sphere than needed",
+    'get("conaffinity", 2)': "any number but zero",
+    'get("contype", 2)': "any number but zero",
+    "[0.001, 0.0, 0.0]), _EIGHTHS": "only the direction of the vector counts",
+    "[1000.0, 0.0, 0.0]), _EIGHTHS": "only the direction of the vector counts",
     "_STEADY_TIME - 1e-12": "against rounding of times that are whole steps",
     "_STEADY_TIME - 1.0000000000000002e-06": "against rounding of times that are whole steps",
 }

@@ -151,6 +151,14 @@ def test_a_request_while_it_is_too_fast_ends_within_the_new_limit(arm, goal, too
     assert 0.0 < tool.speed(advance(arm)) <= 0.05
 
 
+def test_a_redirected_arm_turns_more_slowly_where_its_tool_would_be_too_fast(arm, goal, tool):
+    arm.move_to_configuration(goal)
+    advance(arm, 0.6)
+    arm.move_to_configuration(arm.q_ref + [-0.5, 0.1, 0.2, -0.1, 0.0, 0.1, 0.3])
+    assert arm.trajectory.get_state()["kind"] == "joints"  # it does not stop first
+    assert 0.8 * LIMIT < tool.speed(advance(arm)) <= LIMIT
+
+
 def test_a_raised_limit_leaves_a_running_motion_as_it_is(arm, goal, tool):
     arm.tool_speed = 0.1
     arm.move_to_configuration(goal)

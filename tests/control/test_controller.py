@@ -112,7 +112,8 @@ def test_torques_up_to_the_limits_are_commanded_unchanged(make_arm, answer):
 
 
 def test_the_torques_of_a_saturating_controller_are_clipped(make_arm):
-    cell, _, control = make_arm(Saturating)
+    cell, robot, control = make_arm(Saturating)
+    assert Saturating(robot).saturated_steps == 0
     for torques, limited in (([50.0, 1.0], [40.0, 1.0]), ([1.0, -16.0], [1.0, -15.0])):
         control.answer = np.array(torques)
         cell.step()

@@ -92,6 +92,7 @@ def test_a_fixed_jaw_that_reaches_between_the_fingers_is_a_palm(width, shift, pa
     expected = [*closing, width, 0.01, 0.03, palm, 0.011, -0.003, shift]
     assert np.hstack(hand) == pytest.approx(expected)
     assert hand.opening(np.array([0.01, width])) == pytest.approx([0.0, 1.0])
+    assert hand.offset(np.array([0.02])) == pytest.approx([-0.003 + shift * 0.022])
     if not shift:
         mechanism.geoms = (3,), (4,)
         without_palm = {i: placed[i] for i in (3, 4)}
