@@ -45,6 +45,9 @@ class Reach(ReachFromAbove):
     def reached_grid(self, *given):
         return self._reached_grid(*given)
 
+    def all_reached(self, *given):
+        return self._all_reached(*given)
+
     def comes_down(self, *given):
         return self._comes_down(*given)
 
@@ -61,6 +64,22 @@ def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
     yaws = 2.2, 2.2 - np.pi / 2  # 0.2 and 1.37 rad from 2.0 rad, others 1.77 and more
     for T_wt, yaw in zip(tried, yaws, strict=True):
         assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
+
+
+@pytest.mark.parametrize("reached", [3, 4])
+def test_points_are_all_reached_if_each_is_at_both_yaws_one_from_the_other(reached):
+    tried = []
+
+    class Turning(Reach):
+        def _turned(self, position, yaw, q0):
+            tried.append((*position, yaw, q0))
+            return q0 + 1.0 if len(tried) <= reached else None
+
+    reach = Turning(SimpleNamespace(model=SimpleNamespace(home=3.0)))
+    assert reach.all_reached([(0.1, 0.2), (0.3, 0.4)], 0.5) == (reached == 4)
+    places = product([(0.1, 0.2, 0.5), (0.3, 0.4, 0.5)], (0.0, np.pi / 4))
+    expected = [(*place, yaw, 3.0 + i) for i, (place, yaw) in enumerate(places)]
+    assert np.allclose(tried, expected)
 
 
 def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neighbours():
