@@ -294,6 +294,21 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "(back - hand.tip) / (radius), 0.0": "the quotient is left out where there is no radius",
+    "(centre - _SIGNS * half)": "the corners are symmetrical",
+    "across = np.cross(closing, [0.0, 0.0": "only the other two coordinates are read",
+    "np.cross([0.0, 0.0, -1.0], closing)": "distances to both sides of the tool count alike",
+    "[LineTo(T_wt)], speed, 1.0": "a single line has no corners",
+    "np.maximum(part, -1)": "without a part the whole object counts",
+    "for restarts in (1, _RESTARTS)": "one more initial guess is none the worse",
+    "ends[(1)] > ends[0]": "the positions along a travel rise or fall",
+    "_RINGS = 9 ": "a polyhedron closer to the sphere than needed",
+    'get("conaffinity", 2)': "any number but zero",
+    'get("contype", 2)': "any number but zero",
+    "[0.001, 0.0, 0.0]), _EIGHTHS": "only the direction of the vector counts",
+    "[1000.0, 0.0, 0.0]), _EIGHTHS": "only the direction of the vector counts",
+    "_STEADY_TIME - 1e-12": "against rounding of times that are whole steps",
+    "_STEADY_TIME - 1.0000000000000002e-06": "against rounding of times that are whole steps",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -102,12 +102,7 @@ def _two_digits(value: float) -> str:
 
 
 def _link_jacobian(arm: "Arm", joint: int) -> np.ndarray:
-    """Return the Jacobian of the velocity of a link's centre of mass, in world axes.
-
-    Args:
-        arm: The arm.
-        joint: The joint that moves the link, from 0.
-    """  # (3, nv)
+    """Return the Jacobian of the velocity of a link's centre of mass, in world axes."""  # (3, nv)
     model, data = arm.model.model, arm.model.data
     pin.computeJointJacobians(model, data, arm.robot.q)
     velocities = pin.getJointJacobian(model, data, joint + 1, pin.LOCAL_WORLD_ALIGNED)

@@ -220,15 +220,7 @@ class _Measurement(NamedTuple):
 def _external_impulse(
     change: np.ndarray, before: _Measurement, now: _Measurement, model: RobotModel, dt: float
 ) -> np.ndarray:
-    """Return the part of a change of momentum that the motors have not made [N m s].
-
-    Args:
-        change: Inertia matrix times the change of the velocity error since the last check.  # (nq,)
-        before: The measurement at the last check.
-        now: The present measurement.
-        model: The arm with its payload.
-        dt: Duration of a control step [s].
-    """
+    """Return the part of a change of momentum that the motors have not made [N m s]."""  # (nq,)
     time, still = CHECK_INTERVAL * dt, np.zeros_like(now.v)
     lag = model.rnea(now.q, still, 0.5 * dt * (before.a_ref - now.a_ref))
     lag -= model.rnea(now.q, still, still)

@@ -302,8 +302,9 @@ class TrajectoryFollower:
             return False
         setpoints = self._setpoints[begin:, : len(self.q)]
         time = self._start + begin * self.dt
-        self.send(latency, _with_stop(setpoints, self.trajectory, time, model))
-        return len(setpoints) > SENT_AHEAD + 1
+        sent = _with_stop(setpoints, self.trajectory, time, model)
+        self.send(latency, sent)
+        return sent is not setpoints
 
     def _state_ahead(self) -> ArmState:
         """Return the state after the latency."""
@@ -369,14 +370,7 @@ def _kept_scale(trajectory: Trajectory, s: float, scale: float, model: RobotMode
 
 
 def _with_stop(q: np.ndarray, trajectory: Trajectory, time: float, model: RobotModel) -> np.ndarray:
-    """Return the first `SENT_AHEAD` setpoints of a motion, and a stop after them.
-
-    Args:
-        q: Positions at the control steps of the rest of the motion [rad].  # (n, nq)
-        trajectory: The motion.
-        time: Time in the trajectory of the first setpoint [s].
-        model: The arm with its payload.
-    """  # (m, nq)
+    """Return the first `SENT_AHEAD` setpoints of a motion from a time on, and a stop after them."""
     if len(q) <= SENT_AHEAD + 1:
         return q
     stop = plan_stop(trajectory, time + SENT_AHEAD * CONTROL_STEP, model)

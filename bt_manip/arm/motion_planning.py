@@ -363,12 +363,7 @@ def _turn(
 def _within_limits(
     plan: Callable[[np.ndarray, np.ndarray], JointTrajectory], model: RobotModel
 ) -> JointTrajectory | None:
-    """Return a trajectory within all limits; None where there is none.
-
-    Args:
-        plan: Plans with given accelerations and jerks.
-        model: The arm with its payload.
-    """
+    """Return a trajectory, planned with accelerations and jerks, within all limits, or None."""
     limits = model.limits
     try:
         trajectory = scale_to_effort_limits(
@@ -399,16 +394,10 @@ def _plan_servo(
 def _slowed(
     plan: Callable[[np.ndarray], JointTrajectory], v: np.ndarray, limits: MotionLimits
 ) -> JointTrajectory:
-    """Return a change of velocities, lowered where they exceed limits.
+    """Return a change to velocities, lowered where they exceed limits.
 
     Velocities near the position limits are lowered joint by joint, all where the tool is too fast.
-
     The number of attempts is bounded; the caller checks the limits.
-
-    Args:
-        plan: Plans the change to given velocities.
-        v: The velocities [rad/s].  # (nq,)
-        limits: Limits of the joints.
     """
     trajectory = plan(v)
     for _ in range(0 if limits.uniform and not limits.limits_tool else SERVO_SLOWINGS):

@@ -67,7 +67,6 @@ class Controller(composer.Entity):
         self._reference: Reference | None = None
         self._carried: Payload | None = None  # the reference's payload when it was last read
         self._substitute: Law | None = None  # replaces compute after a fault and while compliant
-        self._dt = 0.0
         self._clipped = False
         self._transfer = np.zeros_like(self._limit)  # [N m] torque difference at the take-over
         self._transfer_steps = 0  # control steps until it is faded out
@@ -406,14 +405,7 @@ class _InvalidTorque(Exception):
 def _torque_problem(
     tau: np.ndarray, limit: np.ndarray, names: Sequence[str], *, saturates: bool
 ) -> str:
-    """Return why torques must not be commanded; empty if they can be clipped to the limits.
-
-    Args:
-        tau: Joint torques, at least one of them beyond its limit [N m].  # (nv,)
-        limit: Effort limits [N m].  # (nv,)
-        names: Names of the joints.
-        saturates: Whether torques beyond the limits may be clipped.
-    """
+    """Return why torques beyond a limit must not be commanded; empty if they can be clipped."""
     finite = np.isfinite(tau)
     if not finite.all():
         joint = int(np.flatnonzero(~finite)[0])

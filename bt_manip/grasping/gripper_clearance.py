@@ -53,10 +53,11 @@ class GripperClearance:
         model = cell.model
         self._cell, self._model, self._data = cell, model, mujoco.MjData(model)
         self._robot = robot
-        self._hand = _gripper_geoms(model, robot)
-        site = robot.tool_site_id
-        own = model.body_rootid == model.body_rootid[model.site_bodyid[site]]
+        mount = model.site_bodyid[robot.tool_site_id]
+        moved = moved_bodies(model, model.body_dofadr[model.body_weldid[mount]])
+        own = model.body_rootid == model.body_rootid[mount]
         collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        self._hand = np.flatnonzero(collides & moved[model.geom_bodyid]).tolist()
         others = np.flatnonzero(collides & ~own[model.geom_bodyid])
         names = [entity_of(model.body(body).name) for body in range(model.nbody)]
         self._entity_of = {int(g): names[model.geom_bodyid[g]] for g in others}
@@ -170,11 +171,3 @@ def with_clearance(
     largest = max(measured, key=lambda clearance: clearance.distance)
     free = [T for T, c in zip(poses, measured, strict=True) if c.distance >= SUFFICIENT_CLEARANCE]
     return free or [poses[measured.index(largest)]], largest
-
-
-def _gripper_geoms(model: mujoco.MjModel, robot: Robot) -> list[int]:
-    """List the collision geoms that move with a robot's tool."""
-    weld = model.body_weldid[model.site_bodyid[robot.tool_site_id]]
-    moves = moved_bodies(model, model.body_dofadr[weld]) & (weld > 0)
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return [int(geom) for geom in np.flatnonzero(moves[model.geom_bodyid] & solid)]

@@ -73,7 +73,8 @@ class ReachFromAbove:
             CellError: If there is no such object, it has no surface, or no part is within reach.
         """
         height = round(height, 6)
-        key = height, preferred, _bounds(cell, surface), _fixed_content(cell)
+        bounds = *np.ravel(extent(cell, surface)).tolist(), cell.surface_height(surface)
+        key = height, preferred, bounds, _fixed_content(cell)
         if key not in self._known:
             self._known[key] = self._find_area(cell, surface, height, preferred)
         return self._known[key]
@@ -262,11 +263,7 @@ class ReachFromAbove:
     ) -> np.ndarray | None:
         """Return a configuration over a position from which the tool can descend straight.
 
-        Args:
-            position: Position of the tool at the grasp, in the world [m].
-            yaw: Yaw of the tool, up to quarter turns [rad].
-            q0: First initial guess [rad].  # (nq,)
-            restarts: Restarts for each of the two quarter turns nearest to `q0`.
+        The two quarter turns of the yaw that are nearest to `q0` are tried.
         """
         ik, up = self._arm.ik, np.array([0.0, 0.0, APPROACH])
         above = [pointing_down(position + up, yaw + k * np.pi / 2) for k in range(4)]
@@ -309,11 +306,6 @@ class ReachFromAbove:
 def _downward(position: np.ndarray) -> list[pin.SE3]:
     """Return tool poses at a position, pointing down, with yaws over half a turn."""
     return [pointing_down(position, k * np.pi / 4) for k in range(4)]
-
-
-def _bounds(cell: Cell, surface: str) -> bytes:
-    """Return the bounding box and the height of a surface, as bytes."""
-    return np.array([*np.ravel(extent(cell, surface)), cell.surface_height(surface)]).tobytes()
 
 
 def _fixed_content(cell: Cell) -> bytes:

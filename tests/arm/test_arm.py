@@ -12,48 +12,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.planning import LineTo
 from bt_manip.robots import Payload
 
-DT = 1e-3
-EPS = 1e-6  # relative
-
-
-class Watch:
-    """Advances an arm and checks every step against its limits."""
-
-    def __init__(self, arm: Arm):
-        self.arm = arm
-        self.rows = [self.now()]
-
-    def now(self):
-        return self.arm.q.copy(), self.arm.v.copy(), self.arm.a.copy()
-
-    def run(self, steps: int = 10**6) -> None:
-        while self.arm.moving and steps > 0:
-            self.arm.advance(DT)
-            self.rows.append(self.now())
-            steps -= 1
-
-    def check(self) -> None:
-        limits = self.arm.model.limits
-        q, v, a = (np.array(column) for column in zip(*self.rows, strict=True))
-        assert limits.contain(q.min(axis=0), 1e-9) and limits.contain(q.max(axis=0), 1e-9)
-        assert (np.abs(v) <= limits.velocity * (1 + EPS)).all()
-        assert (np.abs(a) <= limits.acceleration * (1 + EPS)).all()
-        assert (np.abs(np.diff(a, axis=0)) / DT <= limits.jerk * (1 + EPS)).all()
-        # No jumps: the position changes by the mean velocity, the velocity by the mean
-        # acceleration, except for a jerk that changes within a step.
-        off_v = np.diff(q, axis=0) / DT - 0.5 * (v[1:] + v[:-1])
-        off_a = np.diff(v, axis=0) / DT - 0.5 * (a[1:] + a[:-1])
-        assert (np.abs(off_v) <= limits.jerk * DT**2 / 3).all()
-        assert (np.abs(off_a) <= limits.jerk * DT / 2).all()
-
-    def worst_effort(self) -> float:
-        model = self.arm.model
-        return max((np.abs(model.effort(*row)) / model.limits.effort).max() for row in self.rows)
-
-
-@pytest.fixture
-def watch(arm):
-    return Watch(arm)
+from .watch import DT, Watch
 
 
 def down(x, y, z, yaw=0.0):
@@ -83,15 +42,6 @@ def test_motion_between_configurations_is_a_straight_joint_space_segment(arm, wa
         assert np.abs(from_start - np.outer(from_start @ direction, direction)).max() < 1e-12
 
 
-def test_motion_at_full_speed_reaches_one_limit(arm, watch):
-    target = arm.q.copy()
-    target[0] += 2.5
-    arm.move_to_configuration(target)
-    watch.run()
-    fastest = max(row[1][0] for row in watch.rows)
-    assert fastest == pytest.approx(arm.model.limits.velocity[0])
-
-
 def test_remaining_time_decreases_and_at_half_speed_is_twice_as_long(arm, watch):
     target = arm.model.home + 0.3
     arm.move_to_configuration(target)
@@ -112,12 +62,24 @@ def test_no_motion_is_planned_to_the_present_configuration(arm):
     assert not arm.moving
 
 
-def test_move_to_pose_brings_the_tool_to_the_nearest_of_equivalent_poses(arm, watch):
+def test_move_to_pose_brings_the_tool_to_the_nearest_of_equivalent_poses(arm, watch, monkeypatch):
+    # Without a length no straight approach is planned.
+    monkeypatch.setattr("bt_manip.planning.goal_selection.plan_straight_approach", pytest.fail)
     poses = [down(0.4, 0.0, 0.3, yaw) for yaw in (np.pi, 0.1, -0.5 * np.pi)]
     arm.move_to_pose(poses)
     watch.run()
     watch.check()
     assert pin.log6(arm.model.pose(arm.q).actInv(poses[1])).np == pytest.approx(0, abs=2e-6)
+
+
+def test_an_unreachable_pose_is_refused_with_the_distance_of_the_nearest_one_that_was_found(arm):
+    T_wt = down(0.1, 0.0, 0.9)  # in reach, but not pointing down
+    with pytest.raises(MotionError, match="the pose is unreachable") as raised:
+        arm.move_to_pose(T_wt)
+    nearest = T_wt.actInv(arm.model.pose(arm.ik.nearest(T_wt, arm.q, margin=0.05).q))
+    away, turn = np.linalg.norm(nearest.translation), np.linalg.norm(pin.log3(nearest.rotation))
+    told = f"; nearest found is {1000.0 * away:.1f} mm and {turn:.3f} rad away"
+    assert str(raised.value).endswith(told) and raised.value.reason == "unreachable"
 
 
 def test_straight_approach_is_possible_from_a_pose_with_approach(arm, watch):
@@ -146,13 +108,6 @@ def test_linear_motion_keeps_the_tool_on_its_line(arm, watch):
         on_line = pin.SE3(start.rotation @ pin.exp3(done * turn), start.translation + done * along)
         assert np.abs(pin.log6(on_line.actInv(T)).np).max() < 1e-4
     assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
-
-
-def test_line_out_of_reach_raises_with_the_reachable_fraction(arm):
-    with pytest.raises(MotionError, match=r"the line can be followed only for \d+ %") as raised:
-        arm.move_linear(down(1.4, 0.0, 0.4))
-    assert raised.value.reason == "line"
-    assert not arm.moving
 
 
 def test_stop_is_on_the_path_and_as_short_as_the_limits_allow(arm, watch):
@@ -206,9 +161,16 @@ def test_motion_does_not_depend_on_the_control_step(robot):
     for _ in range(2):
         fine.advance(0.5e-3)
     assert np.abs(fine.q - coarse.q).max() < 1e-12
+    left, steps = coarse.remaining, 0
+    while coarse.moving:
+        coarse.advance(1e-3)
+        steps += 1
+    assert steps == pytest.approx(1e3 * left, abs=2.01)
 
 
-@pytest.mark.parametrize("kind", ["line after a stop", "turned", "stopped", "rest"])
+@pytest.mark.parametrize(
+    "kind", ["line after a stop", "turned", "stopped", "pausing", "paused", "blend", "rest"]
+)
 def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
     watch = Watch(arm)
@@ -224,18 +186,26 @@ def test_restored_arm_continues_bit_for_bit(robot, kind):
         arm.move_linear(down(0.4, 0.2, 0.3))
     elif kind == "stopped":
         arm.stop()
-    watch.run(31)
+    elif kind in ("pausing", "paused"):
+        arm.pause()
+    elif kind == "blend":
+        while not arm.ends_within(0.2):
+            arm.advance(DT)
+        arm.blend_radius = 0.2
+        arm.move_linear(down(0.4, 0.2, 0.3))
+        assert arm.trajectory.get_state()["kind"] == "blended"
+    watch.run(300 if kind == "paused" else 31)
+    assert arm.paused == (kind == "paused")
     other = Arm(robot)
     other.set_state(json.loads(json.dumps(arm.get_state())))
-    assert other.payload.mass == 0.3 and other.moving == arm.moving
-    for step in range(300):
-        arm.advance(DT)
-        other.advance(DT)
+    assert other.get_state() == arm.get_state() and other.payload.mass == 0.3
+    changes = {300: Arm.resume, 400: Arm.stop} if "paus" in kind else {40: Arm.stop}
+    for step in range(600 if "paus" in kind else 300):
+        for each in (arm, other):
+            each.advance(DT)
+            changes.get(step, Arm.get_state)(each)
         for mine, its in zip((arm.q, arm.v, arm.a), (other.q, other.v, other.a), strict=True):
             assert np.array_equal(mine, its), step
-        if step == 40:
-            arm.stop()
-            other.stop()
     assert not arm.moving and not other.moving
 
 
@@ -257,6 +227,7 @@ HERE = down(0.4, 0.0, 0.3)
         (lambda arm: arm.move_to_pose(down(np.inf, 0, 0.3)), "pose must be finite"),
         (lambda arm: arm.move_linear(down(np.nan, 0, 0.3)), "pose must be finite"),
         (lambda arm: arm.move_linear([0.4, 0.0, 0.3]), "pose must be a pin.SE3, got list"),
+        (lambda arm: arm.move_linear(down(1.4, 0, 0.4)), r"line can be followed only for \d+ %"),
         (lambda arm: arm.move_to_pose(down(1.2, 0, 0.3)), "unreachable: .* out of reach"),
         (lambda arm: arm.move_to_pose(HERE, margin=-0.1), "margin .* least 0 .rad., got -0.1"),
         (lambda arm: arm.move_to_pose(HERE, approach=np.nan), "approach .* least 0 .m., got nan"),

@@ -117,6 +117,20 @@ def test_compliant_stop_on_request_lets_the_arm_be_pushed_aside(parts):
     assert not arm.compliant
 
 
+@pytest.mark.parametrize("dt", [1e-3, 4e-3])
+def test_an_arm_that_does_not_come_to_rest_after_a_compliant_stop_is_ready_after_a_second(
+    arm, robot, monkeypatch, dt
+):
+    monkeypatch.setattr(robot, "read_v", lambda: np.full(7, 0.1))
+    arm.stop(compliant=True)
+    for _ in range(round(1.0 / dt)):
+        with pytest.raises(MotionError, match="has not come to rest"):
+            arm.check_ready()
+        arm.advance(dt)
+    arm.check_ready()
+    assert arm.compliant
+
+
 def test_path_back_is_remembered_across_motions_and_restored(arm, robot):
     home = arm.q_ref
     with pytest.raises(MotionError, match="no travelled path"):

@@ -1,12 +1,16 @@
 """Coordination of two arms in one cell: they wait or stop for each other and never collide."""
 
+from types import SimpleNamespace
+
 import mujoco
 import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.collision import INTER_ROBOT_CLEARANCE
+from bt_manip.arm.coordination import MultiArmCoordinator
+from bt_manip.collision import INTER_ROBOT_CLEARANCE, INTER_ROBOT_STEP
 from bt_manip.exceptions import MotionError
+from bt_manip.trajectories import JointTrajectory, MotionProfile
 
 MIDDLE = spatial.pointing_down((0.0, 0.0, 1.2))
 
@@ -71,6 +75,105 @@ def test_target_that_another_robot_occupies_or_will_is_refused_with_its_name(
         with pytest.raises(MotionError, match="'left' blocks") as refused:
             right.arm.move_to_pose(MIDDLE)
         assert refused.value.reason == "robot" and not right.arm.moving
+
+
+class Delayed(MultiArmCoordinator):
+    """Coordinates an arm with another one, to which its motions come too near if they end early."""
+
+    def __init__(self, arm, other, clear_from):
+        self._names, self.clear_from, self.since = {arm: "arm", other: "other"}, clear_from, []
+
+    def _collides(self, arm, trajectory, other, since):
+        self.since.append(since)
+        return trajectory.duration < self.clear_from
+
+
+class StubArm:
+    speed_scale, q, stopped = 1.0, np.array([0.3]), ""
+
+    def __init__(self, moving, remaining, stopping=False):
+        self.moving, self.remaining = moving, remaining
+        self.follower = SimpleNamespace(stopping=stopping, ahead=lambda times: times)
+
+    def stop(self, cause):
+        self.stopped = cause
+
+
+class Compared(MultiArmCoordinator):
+    """Coordinates two arms that come too near to each other from a distance on."""
+
+    def __init__(self, arm, other, now):
+        self._names, self.now, self.compared = {arm: "arm", other: "other"}, now, []
+
+    def _pair(self, paths):
+        return self, *paths.values()
+
+    def distance(self, first, second):
+        return self.now
+
+    def too_close(self, first, second, clearance):
+        self.compared.append((first, second, clearance))
+        return True
+
+
+@pytest.mark.parametrize("now", [1.0, 0.5 * INTER_ROBOT_CLEARANCE])
+@pytest.mark.parametrize(
+    ("moving", "stopping", "other_moving", "other_stopping", "stopped"),
+    [
+        (1, 0, 1, 0, "other"),
+        (0, 0, 1, 0, "other"),
+        (1, 0, 1, 1, "arm"),
+        (1, 0, 0, 0, "arm"),
+        (1, 1, 0, 0, ""),
+        (0, 0, 1, 1, ""),
+    ],
+)
+def test_of_two_arms_that_come_nearer_than_their_clearance_or_than_they_are_one_stops(
+    now, moving, stopping, other_moving, other_stopping, stopped
+):
+    arm, other = StubArm(moving, 0.305, stopping), StubArm(other_moving, 0.2, other_stopping)
+    coordinator = Compared(arm, other, now)
+    coordinator.motion_changed(arm)
+    assert arm.stopped == ("'other' blocks the path" if stopped == "arm" else "")
+    changed = "'arm' blocks the path: its motion has changed"
+    assert other.stopped == (changed if stopped == "other" else "")
+    for first, second, clearance in coordinator.compared:  # until both rest
+        assert np.array_equal(first, second) and first[0] == 0.0
+        assert 0.305 <= first[-1] <= 0.305 + INTER_ROBOT_STEP
+        assert np.diff(first) == pytest.approx(INTER_ROBOT_STEP)
+        nearest = INTER_ROBOT_CLEARANCE if now == 1.0 else now
+        assert 0.0 <= nearest - clearance < 2e-4
+    assert len(coordinator.compared) == bool(stopped)
+
+
+def rest(duration):
+    return JointTrajectory([MotionProfile([], duration, 0.3)])
+
+
+@pytest.mark.parametrize(
+    ("stop", "clear_from", "duration", "since"),
+    [
+        (None, 0.0, 1.0, [0.0]),
+        (None, 1.15, 1.2, [0.0, 0.1, 0.2]),
+        (None, 1.22, 1.25, [0.0, 0.1, 0.2, 0.25]),  # when the other one rests
+        (None, 1.3, None, [0.0, 0.1, 0.2, 0.25]),
+        (rest(0.4), 1.55, 1.6, [0.0] * 3),
+    ],
+)
+def test_a_motion_starts_at_the_first_tenth_of_a_second_that_is_clear_of_the_other_arm(
+    stop, clear_from, duration, since
+):
+    arm = StubArm(stop is not None, 9.0)
+    coordinator = Delayed(arm, StubArm(True, 0.25), clear_from)
+    if duration is None:
+        with pytest.raises(MotionError, match="'other' blocks the motion"):
+            coordinator.delay(arm, stop, rest(1.0))
+    else:
+        assert coordinator.delay(arm, stop, rest(1.0)).duration == pytest.approx(duration)
+    assert coordinator.since == pytest.approx(since)
+    arm.moving, coordinator.clear_from = True, 1.15
+    with pytest.raises(MotionError, match="'other' blocks the motion"):
+        coordinator.delay(arm, None, rest(1.0))  # it moves, and cannot wait
 
 
 def test_the_base_of_another_robot_is_an_obstacle_and_not_that_robot(left):

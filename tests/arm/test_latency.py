@@ -57,6 +57,15 @@ def table(arm):
     return Table(arm)
 
 
+@pytest.fixture
+def slow_from(arm, table):
+    """Start a slow motion of the first joint, and give where it begins."""
+    start = arm.q_ref
+    arm.speed_scale = 0.2
+    arm.move_to_configuration(start + np.eye(7)[0])
+    return start
+
+
 def random_change(arm, rng):
     limits = arm.model.limits
     middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * (limits.upper - limits.lower)
@@ -141,12 +150,9 @@ def test_a_change_that_is_late_is_planned_again_with_twice_the_time(arm, table):
     assert not arm.moving
 
 
-def test_a_motion_ends_in_a_stop_planned_ahead_when_nothing_more_is_sent(arm, table):
-    start = arm.q_ref
-    arm.speed_scale = 0.2
-    arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
+def test_a_motion_ends_in_a_stop_planned_ahead_when_nothing_more_is_sent(table, slow_from):
     rest = table.setpoints[-1]
-    assert 0.02 < rest[0] - start[0] < 0.9
+    assert 0.02 < rest[0] - slow_from[0] < 0.9
     assert np.abs(np.diff(table.setpoints[-2:], axis=0)).max() < 1e-6
     assert len(table.setpoints) < 1000  # setpoints of 1 ms
 
@@ -162,21 +168,17 @@ def test_there_are_no_compliant_stops_and_no_jumps_to_the_measured_joints(arm, t
     np.testing.assert_array_equal(arm.q, before)
 
 
-def test_a_speed_that_cannot_be_changed_in_time_stops_the_arm_on_its_path(arm, table):
-    start = arm.q_ref
-    arm.speed_scale = 0.2
-    arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
+def test_a_speed_that_cannot_be_changed_in_time_stops_the_arm_on_its_path(arm, table, slow_from):
     table.advance(310)
     arm.follower.lagging, table.refuse = True, 5
     table.advance(1000)
-    assert not arm.busy and 0.02 < arm.q[0] - start[0] < 0.5
+    assert not arm.busy and 0.02 < arm.q[0] - slow_from[0] < 0.5
     assert "speed could not be changed" in arm.fault and "too busy" in arm.fault
 
 
-def test_an_arm_that_takes_no_stop_is_given_up_and_stops_at_the_end_of_what_it_has(arm, table):
-    start = arm.q_ref
-    arm.speed_scale = 0.2
-    arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
+def test_an_arm_that_takes_no_stop_is_given_up_and_stops_at_the_end_of_what_it_has(
+    arm, table, slow_from
+):
     table.advance(300)
     sent, table.problem_of_sending = table.setpoints, "a reflex"
     arm.follower.lagging = True
@@ -185,6 +187,6 @@ def test_an_arm_that_takes_no_stop_is_given_up_and_stops_at_the_end_of_what_it_h
     assert not arm.busy and arm.fault.count("a reflex") == 2
     assert "speed could not be changed" in arm.fault and "it could not be stopped" in arm.fault
     with pytest.raises(MotionError, match="has not come to rest yet"):
-        arm.move_to_configuration(start)
+        arm.move_to_configuration(slow_from)
     assert table.setpoints is sent
     assert np.abs(np.diff(sent[-2:], axis=0)).max() < 1e-6

@@ -14,7 +14,7 @@ from bt_manip.collision import CollisionWorld
 from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, compile_alone, panda, read_description
+from bt_manip.robots import Robot, read_description
 from bt_manip.trajectories import limit_use
 from tests.robot_fixtures import Box, menagerie_robot
 
@@ -44,28 +44,6 @@ def test_arm_without_a_gripper_checks_collisions_and_external_forces(menagerie):
     cell.data.xfrc_applied[robot.wrist_body_id][:3] = (0.0, 60.0, 0.0)
     cell.step(20)
     assert arm.fault.startswith("external force on the arm:")
-
-
-def test_arm_with_low_jerk_limits_continues_after_any_pause(rng):
-    robot = Robot(replace(panda(), jerk=(60.0,) * 7))
-    compile_alone(robot)
-    arm = Arm(robot)
-    lower, upper = arm.model.home - 0.5, arm.model.home + 0.5
-    arm.reset(arm.model.home)
-    arm.move_to_configuration(rng.uniform(lower, upper))
-    arm.advance(0.2)
-    arm.move_to_configuration(target := rng.uniform(lower, upper))
-    for _ in range(int(rng.integers(1, 600))):
-        arm.advance(1e-3)
-    arm.pause()
-    while arm.moving:
-        arm.advance(1e-3)
-    arm.resume()
-    rest = 0
-    while arm.busy and rest < 20000:
-        arm.advance(1e-3)
-        rest += 1
-    assert np.array_equal(arm.q, target)
 
 
 def test_an_arm_on_a_rail_follows_a_line_along_the_rail(rail_robot):

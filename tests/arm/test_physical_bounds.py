@@ -3,30 +3,9 @@
 import numpy as np
 import pytest
 
-from bt_manip.arm import Arm
 from bt_manip.planning import plan_back_off
 
-DT = 1e-3
-
-
-def measured_velocity(arm: Arm, steps: int) -> np.ndarray:
-    """Advance and return the differences of the reference [rad/s]."""  # (steps, nq)
-    rows = [arm.q.copy()]
-    for _ in range(steps):
-        arm.advance(DT)
-        rows.append(arm.q.copy())
-    return np.diff(rows, axis=0) / DT
-
-
-def test_servo_to_a_distant_target_reaches_the_velocity_limit_and_keeps_it(arm):
-    limits = arm.model.limits
-    towards = np.where(arm.q > 0.5 * (limits.lower + limits.upper), limits.lower, limits.upper)
-    speeds = []
-    for _ in range(8):
-        arm.servo(towards, np.zeros(7), 0.05)
-        speeds.append(np.abs(measured_velocity(arm, 50)).max(axis=0) / limits.velocity)
-    assert np.max(speeds) <= 1.0 + 1e-6
-    assert np.max(speeds, axis=0)[0] > 0.95
+from .watch import DT
 
 
 def depth(walled, q: np.ndarray) -> float:
@@ -51,11 +30,13 @@ def test_an_arm_pushed_along_a_wall_backs_off_without_going_deeper(walled, joint
     assert max(depth(walled, row) for row in rows) <= depth(walled, q) + 1e-3
 
 
-def test_a_redirected_arm_reaches_its_share_of_the_velocity_limit_and_keeps_it(arm):
+def test_a_redirected_arm_reaches_its_share_of_the_velocity_limit_and_keeps_it(arm, watch):
     speed = 0.6
     aside = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     arm.move_to_configuration(arm.model.home + 2.0 * aside, speed=speed)
-    measured_velocity(arm, 300)
+    watch.run(300)
     arm.move_to_configuration(arm.model.home - 2.0 * aside, speed=speed)
-    share = np.abs(measured_velocity(arm, 2500)[:, 0]) / arm.model.limits.velocity[0]
-    assert share.max() == pytest.approx(speed, rel=0.01)
+    watch.rows = [watch.now()]
+    watch.run()
+    share = np.diff([row[0][0] for row in watch.rows]) / DT / arm.model.limits.velocity[0]
+    assert np.abs(share).max() == pytest.approx(speed, rel=0.01)

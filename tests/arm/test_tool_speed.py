@@ -12,7 +12,7 @@ from bt_manip.arm import Arm
 from bt_manip.behaviours import SetSpeed
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError, MotionError
-from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.robots import panda
 from bt_manip.runner import RunObserver, RunRequest, prepare, request_of
 from bt_manip.runner.commanded_robot import chosen_robots, make_robot
 from bt_manip.scenes import Scene, SceneRobot
@@ -21,6 +21,8 @@ from tests.measuring.collisions import one_arm
 from tests.measuring.random_arms import random_arm
 from tests.measuring.tool_speeds import STEP, ToolPositions
 
+from .watch import arm_of
+
 LIMIT = 0.25  # [m/s]
 SLOW = replace(panda(), tool_speed=LIMIT)
 
@@ -28,12 +30,6 @@ SLOW = replace(panda(), tool_speed=LIMIT)
 @pytest.fixture(scope="module")
 def tool() -> ToolPositions:
     return ToolPositions(SLOW)
-
-
-def arm_of(description) -> Arm:
-    robot = Robot(description)
-    compile_alone(robot)
-    return Arm(robot)
 
 
 @pytest.fixture(scope="module")
@@ -153,6 +149,14 @@ def test_a_request_while_it_is_too_fast_ends_within_the_new_limit(arm, goal, too
     arm.move_to_configuration(arm.q_ref - 0.05)
     assert tool.speed(advance(arm, 0.5)) <= LIMIT
     assert 0.0 < tool.speed(advance(arm)) <= 0.05
+
+
+def test_a_redirected_arm_turns_more_slowly_where_its_tool_would_be_too_fast(arm, goal, tool):
+    arm.move_to_configuration(goal)
+    advance(arm, 0.6)
+    arm.move_to_configuration(arm.q_ref + [-0.5, 0.1, 0.2, -0.1, 0.0, 0.1, 0.3])
+    assert arm.trajectory.get_state()["kind"] == "joints"  # it does not stop first
+    assert 0.8 * LIMIT < tool.speed(advance(arm)) <= LIMIT
 
 
 def test_a_raised_limit_leaves_a_running_motion_as_it_is(arm, goal, tool):

@@ -112,11 +112,14 @@ def test_torques_up_to_the_limits_are_commanded_unchanged(make_arm, answer):
 
 
 def test_the_torques_of_a_saturating_controller_are_clipped(make_arm):
-    cell, _, control = make_arm(Saturating)
-    control.answer = np.array([50.0, 1.0])
-    cell.step()
-    assert cell.data.ctrl.tolist() == [40.0, 1.0]
-    assert control.saturated.tolist() == [True, False] and control.saturated_steps == 1
+    cell, robot, control = make_arm(Saturating)
+    assert Saturating(robot).saturated_steps == 0
+    for torques, limited in (([50.0, 1.0], [40.0, 1.0]), ([1.0, -16.0], [1.0, -15.0])):
+        control.answer = np.array(torques)
+        cell.step()
+        assert cell.data.ctrl.tolist() == control.tau.tolist() == limited
+        assert control.saturated.tolist() == [torques[0] > 40.0, torques[1] < -15.0]
+    assert control.saturated_steps == 2
     control.answer = np.array([np.nan, 1.0])
     with pytest.raises(ControllerFault, match="returned nan"):
         cell.step()

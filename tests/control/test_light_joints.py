@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import build_station, spatial
-from bt_manip.control.computed_torque import MAX_INERTIA_RATIO, added_inertia
+from bt_manip.control.computed_torque import added_inertia
 from bt_manip.control.exceptions import ControllerFault
-from bt_manip.control.pd_law import POSITION_GAIN, VELOCITY_GAIN, default_gains
+from bt_manip.control.pd_law import default_gains
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, compile_alone, panda, read_description
 from bt_manip.runner import Station
@@ -52,19 +52,24 @@ def test_nothing_is_added_to_the_inertia_of_usual_arms_and_gains_follow_their_ef
     assert not added_inertia(model).any()
     assert not added_inertia(model_of(read_description(write_small_arm(tmp_path)))).any()
     kp, kd = default_gains(model)
-    assert np.array_equal(kp, POSITION_GAIN * model.limits.effort)
-    assert np.array_equal(kd, VELOCITY_GAIN * model.limits.effort)
+    assert kp == pytest.approx(15.0 * model.limits.effort)
+    assert kd == pytest.approx(0.6 * model.limits.effort)
 
 
 def test_the_added_inertia_keeps_the_ratio_that_the_control_step_allows(tmp_path):
     model = model_of(read_description(write_small_arm(tmp_path, armature=0.0)))
     added = np.diag(added_inertia(model))
     assert added.any()
-    rng = np.random.default_rng(5)
+    rng, largest, smallest = np.random.default_rng(5), [], []
     for q in rng.uniform(model.limits.lower, model.limits.upper, (50, model.nq)):
         inertia = pin.crba(model.model, model.data, q)
         ratios = np.linalg.eigvals(np.linalg.solve(inertia, inertia + added)).real
-        assert ratios.max() < 1.5 * MAX_INERTIA_RATIO
+        largest.append(ratios.max())
+        smallest.append(1.0 / np.linalg.inv(inertia)[5, 5])
+    assert 6.0 < max(largest) < 12.0  # about 8
+    kp, kd = default_gains(model)
+    assert kd[5] == pytest.approx(500.0 * min(smallest), rel=0.3)
+    assert kp == pytest.approx(25.0 * kd)
     model = model_of(read_description(write_small_arm(tmp_path, armature=0.004)))  # less light
     inertia = 1.0 / np.diag(np.linalg.inv(pin.crba(model.model, model.data, model.home)))
     assert (inertia + added_inertia(model))[[0, 5]] == pytest.approx(8e-4 * 12.0, rel=1e-3)

@@ -1,5 +1,6 @@
 """Failures of grasp planning."""
 
+import contextlib
 import json
 
 import mujoco
@@ -9,7 +10,8 @@ from dm_control import composer, mjcf
 
 from bt_manip.collision import CollisionPair
 from bt_manip.exceptions import MotionError
-from bt_manip.grasping import GraspPlanner
+from bt_manip.grasping import GraspPlanner, GripperClearance
+from bt_manip.grasping.gripper_clearance import Clearance
 from bt_manip.planning import LineTo, follow_tool_path, tool_paths
 from bt_manip.spatial import pose
 
@@ -23,7 +25,9 @@ def test_an_arm_that_would_collide_with_itself_does_not_wait_for_itself(station,
     assert raised.value.reason == "grasp"
 
 
-def test_a_plan_holds_until_the_object_or_the_arm_has_moved(station):
+def test_a_plan_holds_until_the_object_or_the_arm_has_moved_or_something_is_in_the_way(
+    station, monkeypatch
+):
     cell, arm, name = station.cell, station.arm, "cube"
     planner = GraspPlanner(cell, arm)
     plan = planner.plan(name, [0.1], cell.pose(name).translation)
@@ -33,10 +37,19 @@ def test_a_plan_holds_until_the_object_or_the_arm_has_moved(station):
     state = planner.get_state()
     planner.set_state(json.loads(json.dumps(state)))
     restored = planner.planned(name)
+    for gap, fits in ((-0.0029, True), (-0.0031, False)):  # 3 mm of penetration are accepted
+        monkeypatch.setattr(GripperClearance, "at_pose", lambda *_, gap=gap: Clearance(gap, "post"))
+        assert (planner.planned(name) is restored) == fits
+        with (
+            contextlib.nullcontext() if fits else pytest.raises(MotionError, match="'post' leaves")
+        ):
+            planner.check_clearance(name, plan.T_wt)
+    monkeypatch.undo()
     (line,) = tool_paths(arm.model.pose(arm.q), [LineTo(restored.T_wt)])
     assert np.array_equal(follow_tool_path(arm.ik, arm.q, line).knots, plan.approach.knots)
-    cell.move(name, pose((0.001, 0.0, 0.0)) * cell.pose(name))
-    assert planner.planned(name) is None
+    for moved, holds in ((8e-6, True), (4e-6, False)):  # by 8 and by 12 micrometres in all
+        cell.move(name, pose((moved, 0.0, 0.0)) * cell.pose(name))
+        assert (planner.planned(name) is restored) == holds
 
 
 def test_the_candidates_of_an_object_with_a_joint_follow_the_joint(station):

@@ -43,6 +43,22 @@ def test_what_is_ignored_can_be_changed(station, grips):
     assert clearance.at_pose(grips[0]).entity == "cube"
 
 
+def test_geoms_count_if_they_collide_in_either_role(station, grips):
+    model = station.cell.model
+    hand = next(iter(GripperClearance(station.cell, station.robot, []).geom_poses))
+    cube = model.body_rootid[model.geom_bodyid] == station.cell.body_id("cube")
+    own = model.geom_contype.copy(), model.geom_conaffinity.copy()
+    try:
+        for bits in ((0, 1), (1, 0), (0, 0)):
+            for geom in (hand, cube):
+                model.geom_contype[geom], model.geom_conaffinity[geom] = bits
+            clearance = GripperClearance(station.cell, station.robot, [])
+            assert (hand in clearance.geom_poses) == any(bits)
+            assert (clearance.at_pose(grips[0]).entity == "cube") == any(bits)
+    finally:
+        model.geom_contype[:], model.geom_conaffinity[:] = own
+
+
 def test_poses_with_sufficient_clearance_are_selected(station, grips):
     cube = station.cell.pose("cube")
     beside = cube.translation + 0.07 * grips[0].rotation[:, 1]
@@ -60,7 +76,9 @@ def test_an_object_lifted_into_an_obstacle_has_negative_clearance(station):
     clearance = GripperClearance(station.cell, station.robot, ["cube"])
     lifted = clearance.of_displaced("cube", [[0.0, 0.0, 0.05]])
     assert lifted.entity == "other" and lifted.distance == pytest.approx(-0.02, abs=1e-3)
-    assert clearance.of_displaced("cube", [[0.0, 0.0, 0.02]]).distance > 0.0
+    assert clearance.of_displaced("cube", [[0.0, 0.0, 0.02]]).distance == pytest.approx(0.01)
+    assert clearance.of_displaced("cube", [[0.0, 0.0, 1.0]]) == (0.02, "")
+    assert clearance.at_pose(pin.SE3(cube.rotation, above + [0.0, 0.0, 5.0])) == (0.1, "")
 
 
 def test_the_gripper_has_the_same_bits_wherever_the_arm_is(station):

@@ -46,13 +46,6 @@ def test_of_equally_good_grasps_the_one_with_the_smallest_rotation_comes_first()
         assert np.linalg.norm(turned) <= math.pi / 4 + 1e-9
 
 
-def test_a_rod_is_gripped_at_its_centre_of_mass_rather_than_beside_it():
-    table = candidates(solid("box", 0.1, 0.015, 0.015))
-    assert next(ranking(table).by_cost()).T_wt.translation[0] == pytest.approx(0.0)
-    heavy = next(ranking(table, com=(0.06, 0.0, 0.0)).by_cost())
-    assert heavy.T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad))
-
-
 def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
     at = np.array([0.1, -0.05, 0.02])
     table = candidates(solid("sphere", 0.025, at=at))
@@ -69,8 +62,14 @@ def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
 def test_the_nearest_of_parallel_grasps_is_the_one_whose_approach_axis_is_nearest(side):
     table = candidates(solid("box", 0.1, 0.015, 0.015))
     T_now = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.04 * side, 0.0, 0.4]))
-    first = next(ranking(table, T_now=T_now).by_distance())
-    assert first.T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad) * side)
+    found = list(ranking(table, com=(0.01, 0.02, 0.0), T_now=T_now).by_distance())
+    assert found[0].T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad) * side)
+    for one in found:  # 1 rad for each 10 cm beside the axis
+        turn = np.linalg.norm(pin.log3(T_now.rotation.T @ one.T_wt.rotation))
+        offset = T_now.translation - one.T_wt.translation
+        beside = np.linalg.norm(np.cross(offset, one.T_wt.rotation[:, 2]))
+        assert one.tool_distance == pytest.approx(turn + 10.0 * beside, abs=1e-6)
+    assert (np.diff([one.tool_distance + 0.3 * one.cost for one in found]) > -1e-9).all()
 
 
 def test_from_a_tool_that_points_up_the_nearest_grasp_still_has_a_pose():

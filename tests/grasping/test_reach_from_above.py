@@ -36,92 +36,6 @@ def coarse_grid(monkeypatch) -> None:
     monkeypatch.setattr("bt_manip.grasping.reach_from_above.DIVISIONS", 9)
 
 
-def test_basket_and_preferred_areas_stay_where_they_are_within_reach(parts):
-    station = build_station(parts)
-    assert station.cell.pose("basket").translation.tolist() == [0.68, 0.0, 1.015]
-    assert REFERENCE_AREA == (0.2, 0.4, -0.3, 0.3)
-    for preferred in (REFERENCE_AREA, (0.25, 0.5, -0.3, 0.05)):
-        given = () if preferred == REFERENCE_AREA else (preferred,)
-        region = station.first.reach.area(station.cell, "table", HEIGHT, *given)
-        assert (*region.x, *region.y) == preferred
-        assert not region.squares
-
-
-def test_the_area_of_a_small_arm_covers_more_than_half_of_what_it_reaches(small):
-    assert small.cell.pose("basket").translation[0] < 0.5  # within reach
-    assert small.cell.pose("table").translation[0] == 0.0
-    region = small.first.reach.area(small.cell, "table", HEIGHT)
-    small.arm.world.refresh(fixed_only=True)
-    points = np.random.default_rng(0).uniform((-0.7, -0.4), (0.5, 0.4), (60, 2))
-    reached = [point for point in points if reaches(small, *point)]
-    covered = [point for point in reached if region.covers(pose((*point, 0.0)), slack=0.0)]
-    assert len(reached) > 10
-    assert len(covered) >= 0.5 * len(reached)
-
-
-def test_the_tool_comes_down_everywhere_in_the_area_of_a_small_arm(small):
-    region = small.first.reach.area(small.cell, "table", HEIGHT)
-    small.arm.world.refresh(fixed_only=True)
-    rng = np.random.default_rng(1)
-    for _ in range(30):
-        x, y, _ = region.sample(rng).translation
-        assert reaches(small, x, y, rng.uniform(-np.pi, np.pi))
-
-
-@pytest.mark.usefixtures("coarse_grid")
-def test_the_area_does_not_depend_on_free_objects_or_where_the_arm_is(small):
-    before = ReachFromAbove(small.arm).area(small.cell, "table", HEIGHT)
-    state = small.get_state()
-    small.cell.add(Cube(), pose((*before.squares[0], 1.04)), name="cube")
-    small.robot.set_configuration(np.array(small.robot.description.home) + 0.3)
-    after = ReachFromAbove(small.arm).area(small.cell, "table", HEIGHT)
-    small.set_state(state)
-    assert after == before
-
-
-def test_an_object_that_is_too_far_away_is_moved_towards_the_arm(small):
-    state, reach = small.get_state(), small.first.reach
-    small.cell.add(Cube(), pose((0.6, -0.3, 1.04)), name="cube", free=True)
-    assert not reach.reaches(small.cell, "cube")
-    reach.place(small.cell, "cube")
-    assert reach.reaches(small.cell, "cube")
-    small.set_state(state)
-
-
-def test_an_arm_that_reaches_nothing_from_above_says_where_to_place_it(small):
-    with pytest.raises(CellError, match="reaches no part of 'table' from above.*base"):
-        ReachFromAbove(small.arm).area(small.cell, "table", 0.6)
-
-
-@pytest.mark.usefixtures("coarse_grid")
-def test_the_area_does_not_depend_on_where_another_arm_is(parts):
-    def area(station):
-        right = station.robots["right"]
-        return ReachFromAbove(right.arm).area(station.cell, "table", HEIGHT)
-
-    station = build_station(parts, scene=two_arms())
-    before, left = area(station), station.robots["left"]
-    reached = left.arm.ik.nearest(pointing_down((0.2, 0.0, 1.2)), left.arm.q)
-    assert reached.solved
-    left.arm.reset(reached.q)
-    left.robot.set_configuration(reached.q)
-    assert area(station) == before
-
-
-@pytest.mark.usefixtures("coarse_grid")
-def test_the_area_is_found_anew_when_a_fixed_object_was_turned_in_place(small):
-    reach, state = ReachFromAbove(small.arm), small.get_state()
-    x, y = reach.area(small.cell, "table", HEIGHT).squares[0]
-    along, across = pose((x, y, 1.07)), pose((x, y, 1.07), (0.5**0.5, 0.0, 0.0, 0.5**0.5))
-    small.cell.add(Box((0.3, 0.02, 0.1)), along, name="bar", free=False)
-    before = reach.area(small.cell, "table", HEIGHT)
-    small.cell.move("bar", across)
-    after = reach.area(small.cell, "table", HEIGHT)
-    small.cell.remove("bar")
-    small.set_state(state)
-    assert before.squares != after.squares
-
-
 class Reach(ReachFromAbove):
     """The steps of the search."""
 
@@ -130,6 +44,9 @@ class Reach(ReachFromAbove):
 
     def reached_grid(self, *given):
         return self._reached_grid(*given)
+
+    def all_reached(self, *given):
+        return self._all_reached(*given)
 
     def comes_down(self, *given):
         return self._comes_down(*given)
@@ -147,6 +64,22 @@ def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
     yaws = 2.2, 2.2 - np.pi / 2  # 0.2 and 1.37 rad from 2.0 rad, others 1.77 and more
     for T_wt, yaw in zip(tried, yaws, strict=True):
         assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
+
+
+@pytest.mark.parametrize("reached", [3, 4])
+def test_points_are_all_reached_if_each_is_at_both_yaws_one_from_the_other(reached):
+    tried = []
+
+    class Turning(Reach):
+        def _turned(self, position, yaw, q0):
+            tried.append((*position, yaw, q0))
+            return q0 + 1.0 if len(tried) <= reached else None
+
+    reach = Turning(SimpleNamespace(model=SimpleNamespace(home=3.0)))
+    assert reach.all_reached([(0.1, 0.2), (0.3, 0.4)], 0.5) == (reached == 4)
+    places = product([(0.1, 0.2, 0.5), (0.3, 0.4, 0.5)], (0.0, np.pi / 4))
+    expected = [(*place, yaw, 3.0 + i) for i, (place, yaw) in enumerate(places)]
+    assert np.allclose(tried, expected)
 
 
 def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neighbours():
@@ -295,3 +228,89 @@ def test_targets_are_reached_in_turn_and_without_any_the_centre_and_10_cm_above_
         assert Chained(arm).reaches(cell, "it")
         expected = [(0.328, 0.296, 0.15, 4, 3.0), (0.328, 0.296, 0.25, 4, 4.0)]
         assert np.allclose([one[:5] for one in tried], expected) and tried[0][5] == "it"
+
+
+def test_basket_and_preferred_areas_stay_where_they_are_within_reach(parts):
+    station = build_station(parts)
+    assert station.cell.pose("basket").translation.tolist() == [0.68, 0.0, 1.015]
+    assert REFERENCE_AREA == (0.2, 0.4, -0.3, 0.3)
+    for preferred in (REFERENCE_AREA, (0.25, 0.5, -0.3, 0.05)):
+        given = () if preferred == REFERENCE_AREA else (preferred,)
+        region = station.first.reach.area(station.cell, "table", HEIGHT, *given)
+        assert (*region.x, *region.y) == preferred
+        assert not region.squares
+
+
+def test_the_area_of_a_small_arm_covers_more_than_half_of_what_it_reaches(small):
+    assert small.cell.pose("basket").translation[0] < 0.5  # within reach
+    assert small.cell.pose("table").translation[0] == 0.0
+    region = small.first.reach.area(small.cell, "table", HEIGHT)
+    small.arm.world.refresh(fixed_only=True)
+    points = np.random.default_rng(0).uniform((-0.7, -0.4), (0.5, 0.4), (40, 2))
+    reached = [point for point in points if reaches(small, *point)]
+    covered = [point for point in reached if region.covers(pose((*point, 0.0)), slack=0.0)]
+    assert len(reached) > 10
+    assert len(covered) >= 0.5 * len(reached)
+
+
+def test_the_tool_comes_down_everywhere_in_the_area_of_a_small_arm(small):
+    region = small.first.reach.area(small.cell, "table", HEIGHT)
+    small.arm.world.refresh(fixed_only=True)
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        x, y, _ = region.sample(rng).translation
+        assert reaches(small, x, y, rng.uniform(-np.pi, np.pi))
+
+
+@pytest.mark.usefixtures("coarse_grid")
+def test_the_area_does_not_depend_on_free_objects_or_where_the_arm_is(small):
+    before = ReachFromAbove(small.arm).area(small.cell, "table", HEIGHT)
+    state = small.get_state()
+    small.cell.add(Cube(), pose((*before.squares[0], 1.04)), name="cube")
+    small.robot.set_configuration(np.array(small.robot.description.home) + 0.3)
+    after = ReachFromAbove(small.arm).area(small.cell, "table", HEIGHT)
+    small.set_state(state)
+    assert after == before
+
+
+def test_an_object_that_is_too_far_away_is_moved_towards_the_arm(small):
+    state, reach = small.get_state(), small.first.reach
+    small.cell.add(Cube(), pose((0.6, -0.3, 1.04)), name="cube", free=True)
+    assert not reach.reaches(small.cell, "cube")
+    reach.place(small.cell, "cube")
+    assert reach.reaches(small.cell, "cube")
+    small.set_state(state)
+
+
+def test_an_arm_that_reaches_nothing_from_above_says_where_to_place_it(small):
+    with pytest.raises(CellError, match="reaches no part of 'table' from above.*base"):
+        ReachFromAbove(small.arm).area(small.cell, "table", 0.6)
+
+
+@pytest.mark.usefixtures("coarse_grid")
+def test_the_area_does_not_depend_on_where_another_arm_is(parts):
+    def area(station):
+        right = station.robots["right"]
+        return ReachFromAbove(right.arm).area(station.cell, "table", HEIGHT)
+
+    station = build_station(parts, scene=two_arms())
+    before, left = area(station), station.robots["left"]
+    reached = left.arm.ik.nearest(pointing_down((0.2, 0.0, 1.2)), left.arm.q)
+    assert reached.solved
+    left.arm.reset(reached.q)
+    left.robot.set_configuration(reached.q)
+    assert area(station) == before
+
+
+@pytest.mark.usefixtures("coarse_grid")
+def test_the_area_is_found_anew_when_a_fixed_object_was_turned_in_place(small):
+    reach, state = ReachFromAbove(small.arm), small.get_state()
+    x, y = reach.area(small.cell, "table", HEIGHT).squares[0]
+    along, across = pose((x, y, 1.07)), pose((x, y, 1.07), (0.5**0.5, 0.0, 0.0, 0.5**0.5))
+    small.cell.add(Box((0.3, 0.02, 0.1)), along, name="bar", free=False)
+    before = reach.area(small.cell, "table", HEIGHT)
+    small.cell.move("bar", across)
+    after = reach.area(small.cell, "table", HEIGHT)
+    small.cell.remove("bar")
+    small.set_state(state)
+    assert before.squares != after.squares

@@ -24,9 +24,9 @@ def convex(mesh):
     return Solid("mesh", np.zeros(3), pin.SE3.Identity(), 0.7, np.array(mesh.convex_hull.triangles))
 
 
-def candidates(*solids, seed=0):
+def candidates(*solids, seed=0, hand=HAND):
     rng = np.random.default_rng(seed)
-    generator = AntipodalGraspGenerator("it", solids, HAND, np.zeros(3), rng)
+    generator = AntipodalGraspGenerator("it", solids, hand, np.zeros(3), rng)
     return generator.candidates(DOWN)
 
 

@@ -28,15 +28,35 @@ def test_after_the_first_contact_the_momentum_of_a_finger_is_limited():
     mass = cell.model.dof_M0[dofs]
     assert (mass > HeavyFingers.ARMATURE).all()
     gripper.close(40.0)
-    contact = None
+    contact, momenta = None, []
     while not gripper.steady:
         cell.step()
         assert cell.time < 2.0
         if contact is None and any(gripper.forces):
             contact = cell.time
         if contact is not None and cell.time > contact + 0.05:  # slowed down; recoil adds a little
-            assert np.abs(mass * cell.data.qvel[dofs]).max() < 1.3 * MOMENTUM
+            momenta.append(np.abs(mass * cell.data.qvel[dofs]).max())
+    assert 0.9 * MOMENTUM < max(momenta) < 1.3 * MOMENTUM
     assert gripper.held == ("cube",)
+
+
+class SlowFingers(HeavyFingers):
+    """Fingers that cannot brake from the usual speed within 1.5 mm."""
+
+    ARMATURE = 70.0
+
+
+def test_a_heavy_finger_is_so_slow_that_it_can_stop_within_a_millimetre_and_a_half():
+    cell, _, _, gripper = panda_cell(cube=False, make_gripper=SlowFingers)
+    gripper.move(0.06)
+    widths = [gripper.width]
+    while gripper.moving:
+        cell.step()
+        widths.append(gripper.width)
+        assert cell.time < 1.0
+    speed = 0.5 * np.abs(np.diff(widths)).max() / cell.dt
+    braking = gripper.max_force / cell.model.dof_M0[gripper.mechanism.dof_adr].mean()
+    assert speed == pytest.approx(np.sqrt(2.0 * braking * 1.5e-3), rel=0.02)
 
 
 class DampedFingers(TwoFingerGripper):
@@ -60,10 +80,7 @@ def test_fingers_of_much_viscous_friction_follow_their_stroke():
 # Below 2 m p viscous friction is added, for two poles at 150 rad/s; above it all is the finger's.
 @pytest.mark.parametrize(
     ("loss", "damping", "stiffness"),
-    [
-        (30.0, 90.0, 0.3 * 150.0**2),
-        (400.0, 400.0, 200.0 * 150.0),
-    ],
+    [(30.0, 90.0, 0.3 * 150.0**2), (400.0, 400.0, 200.0 * 150.0)],
 )
 def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, damping, stiffness):
     loop = FingerLoop(mass=0.3, loss=loss, moving=16.0)
@@ -78,10 +95,3 @@ def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, 
     weak = FingerLoop(mass=0.3, loss=loss, moving=1.0)
     assert weak.forces(Motion(s, 0.0, 0.0), (s + 0.1, s, 0.0, 0.0)) == (-20.0, 0.0)
     assert weak.forces(Motion(s, 0.0, 0.0), (s, s - 0.1, 0.0, 0.0)) == (0.0, 20.0)
-
-
-@pytest.mark.parametrize("loss", [0.0, 30.0, 400.0])
-def test_a_finger_at_its_target_is_not_pushed_on(loss):
-    loop = FingerLoop(mass=0.3, loss=loss, moving=0.1 * loss)
-    away, back = loop.forces(Motion(0.03, 0.0, 0.0), (0.03, 0.03, 0.05, -0.05))
-    assert away <= 0.0 <= back

@@ -13,6 +13,7 @@ from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import GripperError, Robot, read_description
 from bt_manip.spatial import pose
 from bt_manip_learn import NativeTwoFingerGripper
+from tests.support.arms import step_until
 
 FILE = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
 
@@ -33,14 +34,6 @@ def make(cube=True):
     return cell, control, gripper
 
 
-def until(cell, condition, seconds=3.0):
-    for _ in range(round(seconds / cell.dt)):
-        if condition():
-            return
-        cell.step()
-    raise AssertionError("it has not happened")
-
-
 def gap(cell, gripper):
     mujoco.mj_forward(cell.model, cell.data)
     left, right = gripper.mechanism.geoms
@@ -51,22 +44,22 @@ def test_the_opening_is_the_distance_of_the_fingers_down_to_none():
     cell, _, gripper = make(cube=False)
     for width in (0.09, 0.05, 0.02):
         gripper.move(width)
-        until(cell, lambda: not gripper.moving)
+        step_until(cell, lambda: not gripper.moving)
         cell.step(100)
         assert gripper.width == pytest.approx(width, abs=3e-4)
         assert gap(cell, gripper) == pytest.approx(width, abs=5e-4)
     gripper.close(20.0)
-    until(cell, lambda: gripper.closed_on_nothing)
+    step_until(cell, lambda: gripper.closed_on_nothing)
     assert not gripper.steady and gripper.held == ()
     gripper.open()
-    until(cell, lambda: gripper.is_open)
+    step_until(cell, lambda: gripper.is_open)
 
 
 def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_go():
     cell, control, gripper = make()
     for force in (10.0, 40.0):
         gripper.close(force)
-        until(cell, lambda: gripper.steady)
+        step_until(cell, lambda: gripper.steady)
         assert gripper.held == ("cube",)
         cell.step(700)
         left, right = gripper.forces
@@ -77,7 +70,7 @@ def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_
     cell.step(1000)
     assert cell.pose("cube").translation[2] > 0.1
     gripper.open()
-    until(cell, lambda: gripper.is_free and gripper.is_open)
+    step_until(cell, lambda: gripper.is_free and gripper.is_open)
 
 
 def test_the_simulators_own_control_refuses_them_with_the_reason():

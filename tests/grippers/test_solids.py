@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ from bt_manip.grippers.solids import (
     least_width,
     surface_triangles,
 )
-from bt_manip.grippers.two_finger.hand import jaw_height
+from bt_manip.grippers.two_finger.hand import measure_hand
 from bt_manip.spatial import pose
 from tests.grippers.shapes import convex, mug, solid, wedge
 
@@ -59,15 +60,43 @@ def test_the_least_width_is_that_of_the_narrowest_side():
     assert least_width([convex(wedge())]) == pytest.approx(0.04)
 
 
-def test_a_part_of_a_fixed_jaw_between_the_jaws_is_as_high_as_its_top():
-    model = mujoco.MjModel.from_xml_string(
-        '<mujoco><worldbody><body><geom name="jaw" type="box" size=".01 .01 .06"/>'
-        '<geom type="box" pos="0 .05 .01" size=".015 .01 .02"/></body></worldbody></mujoco>'
+HAND = """<mujoco><asset><mesh name="pyramid" vertex="-.04 -.05 -.02 .04 -.05 -.02 -.04 .05 -.02
+.04 .05 -.02 0 0 .02"/></asset><worldbody><body name="hand" pos="1 2 3" quat=".8 .2 -.4 .3">
+<geom type="mesh" mesh="pyramid"/>
+<geom name="jaw" type="box" size=".009 .02 .045" pos="0 -.01 .07"/>
+<geom type="box" size=".008 .002 .01" pos="0 -.028 .1"/>
+<site name="tool" pos="-.002 .003 .1" quat=".9 0 0 .3"/>
+<body pos="0 .03 .05"><joint/><geom name="finger" type="box" size=".007 .004 .06" pos="0 0 .02"/>
+<geom type="box" size=".03 .004 .01" pos="0 0 .049"/></body></body></worldbody></mujoco>"""
+
+
+# In the frame of the hand the jaw is 15 mm higher than the tool and ends 7 mm beside it.
+@pytest.mark.parametrize(
+    ("width", "shift", "palm"), [(0.05, 0.0, -0.015), (0.036, 0.5, -0.015), (0.044, 0.5, 0.08)]
+)
+def test_a_fixed_jaw_that_reaches_between_the_fingers_is_a_palm(width, shift, palm):
+    model = mujoco.MjModel.from_xml_string(HAND)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    tool = model.site("tool").id
+    T_wt = pin.SE3(data.site_xmat[tool].reshape(3, 3), data.site_xpos[tool])
+    R_wg, p_wg = data.geom_xmat.reshape(-1, 3, 3), data.geom_xpos
+    placed = {i: T_wt.actInv(pin.SE3(R_wg[i], p_wg[i])) for i in range(model.ngeom)}
+    closing = T_wt.rotation.T @ data.xmat[model.body("hand").id].reshape(3, 3)[:, 1]
+    travel = SimpleNamespace(
+        closing=closing, open_width=width, min_width=0.01, centre=(-0.003, shift), one_moves=shift
     )
-    closing = np.array([0.0, 1.0, 0.0])
-    for depth, top in ((0.03, 0.03), (0.0, 0.06), (0.07, -np.inf)):
-        height = jaw_height(model, 0, pin.SE3.Identity(), closing, depth)
-        assert height == pytest.approx(top)
+    mechanism = SimpleNamespace(geoms=((3, 4), (1, 2)), travel=travel)
+    hand = measure_hand(model, mechanism, tool, placed)
+    # Of the tips only the highest 20 mm count: up to the jaw, 9 mm wide, and 2 mm beside the tool.
+    expected = [*closing, width, 0.01, 0.03, palm, 0.011, -0.003, shift]
+    assert np.hstack(hand) == pytest.approx(expected)
+    assert hand.opening(np.array([0.01, width])) == pytest.approx([0.0, 1.0])
+    assert hand.offset(np.array([0.02])) == pytest.approx([-0.003 + shift * 0.022])
+    if not shift:
+        mechanism.geoms = (3,), (4,)
+        without_palm = {i: placed[i] for i in (3, 4)}
+        assert measure_hand(model, mechanism, tool, without_palm).palm == np.inf
 
 
 MESHES = """<mujoco><asset><mesh name="small" vertex="0 0 0 .1 0 0 0 .2 0 0 0 .3"/>
@@ -103,7 +132,10 @@ def test_the_surface_of_a_body_above_a_plane_is_that_of_its_colliding_geoms():
             ).max()
             < 5e-4
         )
-    assert len(geom_surface(model, 1)) == 0  # a plane
+    a, b, c = geom_surface(model, 2).transpose(1, 0, 2)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert area == pytest.approx(trimesh.creation.box((0.06, 0.04, 0.02)).area)
+    assert geom_surface(model, 1).shape == (0, 3, 3)  # a plane
 
 
 def test_a_capsule_is_as_wide_at_both_ends_of_its_cylinder():

@@ -16,23 +16,18 @@ def travel(stroke):
     return np.array(motions)
 
 
-def test_it_arrives_at_rest_inside_all_limits():
-    s, v, a = travel(Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS)).T
-    assert (s[-1], v[-1], a[-1]) == (pytest.approx(0.01), 0.0, 0.0)
-    assert np.abs(v).max() <= 0.1 + 1e-9
-    assert np.abs(a).max() <= 5.0 + 1e-9
-    assert np.abs(np.diff(a) / DT).max() <= 500.0 * (1 + 1e-6)
-    np.testing.assert_allclose(np.diff(s) / DT, 0.5 * (v[1:] + v[:-1]), atol=1e-4)
-
-
-def test_it_turns_on_the_way_without_a_jump():
+def test_it_arrives_at_rest_inside_all_limits_and_turns_on_the_way_without_a_jump():
     first = Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS)
     for _ in range(100):
         here = first.advance(DT)
-    s, v, a = travel(Stroke(here, 0.04, LIMITS)).T
-    assert (s[0], v[0], a[0]) == here
-    assert np.abs(np.diff(v)).max() <= 5.0 * DT + 1e-9
-    assert s[-1] == pytest.approx(0.04)
+    for start, target in ((first.start, 0.01), (here, 0.04)):
+        s, v, a = travel(Stroke(start, target, LIMITS)).T
+        assert (s[0], v[0], a[0]) == start
+        assert (s[-1], v[-1], a[-1]) == (pytest.approx(target), 0.0, 0.0)
+        assert np.abs(v).max() <= 0.1 + 1e-9
+        assert np.abs(a).max() <= 5.0 + 1e-9
+        assert np.abs(np.diff(a) / DT).max() <= 500.0 * (1 + 1e-6)
+        np.testing.assert_allclose(np.diff(s) / DT, 0.5 * (v[1:] + v[:-1]), atol=1e-4)
 
 
 def test_it_brakes_as_soon_as_the_limits_allow():

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, RobotDescription, RobotError, panda, read_description
+from bt_manip.robots import (
+    Robot,
+    RobotDescription,
+    RobotError,
+    compile_alone,
+    panda,
+    read_description,
+)
 from bt_manip.spatial import pose
 
 MODELS = Path(__file__).parents[1] / "robots" / "models"
@@ -46,8 +53,14 @@ def changed_parts(path: Path) -> list[str]:
     return found[1].split(" and ")
 
 
-def test_a_travel_that_fits_is_read(file):
-    travel = make(file).gripper.mechanism.travel
+def test_a_travel_that_fits_is_read_and_its_joints_have_the_described_friction(file):
+    robot = make(file)
+    travel = robot.gripper.mechanism.travel
+    compile_alone(robot)
+    friction = robot.mj_model.dof_frictionloss
+    dofs = [robot.mj_model.joint(f"pincers/{name}").dofadr[0] for name in travel.joints]
+    assert friction[dofs] == pytest.approx(0.001)
+    assert not np.delete(friction, dofs).any()
     assert list(travel.digests) == PARTS
     assert travel.motor == "both" and "left_driver" in travel.joints
     assert np.shape(travel.positions) == (len(travel.joints), len(travel.widths))
@@ -95,6 +108,36 @@ def test_a_missing_travel_is_named_with_the_remedy(file):
     )
 
 
+@pytest.mark.parametrize(("force", "limit"), [(20.0, 20.0), (500.0, 140.0)])
+def test_motors_of_slides_have_the_smaller_limit_of_model_and_description(force, limit):
+    gripper = replace(panda().gripper, max_force=force)
+    robot = Robot(replace(panda(), gripper=gripper), gripper=TwoFingerGripper)
+    compile_alone(robot)
+    for motor in robot.gripper.mechanism.actuators:
+        found = robot.mj_model.actuator(motor.full_identifier).ctrlrange
+        assert found.tolist() == [-limit, limit]
+
+
+def test_motors_need_the_largest_effort_along_the_travel_and_a_fifth_more(file):
+    parts = replace(
+        make(file).gripper.mechanism.travel,
+        motor=None,
+        joints=("a", "b"),
+        ratios=(1.0, -2.0),
+        polynomials=((0.01, 0.2, -0.5), (0.0, -0.3)),
+        holding=((0.1, 0.4), (-0.2,)),
+        widths=(0.0, 0.05, 0.1),
+        positions=((0.0, 0.1, 0.3), (0.0, -0.1, -0.2)),
+    )
+    # ds/dq is 0.2 - q and -0.3; springs take 0.1 + 0.4 q and 0.2.
+    expected = [1.2 * 20.0 * 0.2 + 0.22, 1.2 * 20.0 * 0.6 + 0.2]
+    assert parts.efforts(20.0, ("a", "b")) == pytest.approx(expected)
+    together = replace(parts, motor="m").efforts(20.0, ("a", "b"))
+    assert together == pytest.approx([sum(expected) - 0.2])
+    assert parts.configuration(0.025) == pytest.approx([0.05, -0.05])
+    assert parts.configuration(0.075) == pytest.approx([0.2, -0.15])
+
+
 def in_python(**parameters: object) -> RobotDescription:
     gripper = panda().gripper
     assert gripper is not None
@@ -131,6 +174,8 @@ def test_a_description_in_python_names_the_file_of_its_travel(tmp_path):
         ("mass = ", "mas = ", "key 'gripper.travel.mass' is missing"),
         ("widths = [", "widths = [0.0, ", "'gripper.travel' has 'positions' that do not fit"),
         ("holding = [[", "holding = [[\"a\", ", "'gripper.travel.holding' is a list of lists"),
+        ("holding = [[", "holding = [[], [", "'gripper.travel.holding' is a list of lists"),
+        ("holding = [[", "holding = [5, [", "'gripper.travel.holding' is a list of lists"),
     ],
 )  # fmt: skip
 def test_a_damaged_travel_is_refused(file, old, new, message):

@@ -367,13 +367,7 @@ def _fits(width: float, hand: Hand) -> bool:
 
 
 def _orthogonal(line: np.ndarray, down: np.ndarray, turns: Sequence[float]) -> list[np.ndarray]:
-    """List directions orthogonal to a line: the one nearest to straight down, turned by `turns`.
-
-    Args:
-        line: Unit direction.  # (3,)
-        down: Straight down, in the same frame; unit.  # (3,)
-        turns: Angles about the line [rad].
-    """
+    """List unit directions orthogonal to a line: the one nearest to down, turned about the line."""
     first = down - (down @ line) * line
     length = float(np.linalg.norm(first))
     if length < 1e-3:  # a vertical line: any direction orthogonal to it

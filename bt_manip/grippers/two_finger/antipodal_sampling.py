@@ -44,13 +44,13 @@ class AntipodalPairs(NamedTuple):
         return line / np.maximum(width, 1e-9)[:, None], width
 
 
-class Intersections(NamedTuple):
-    """Intersections of one line with an object, in order along the line."""
+class Chord(NamedTuple):
+    """A part of a line that is inside an object."""
 
-    enter: list[float]  # [m] along the line
-    leave: list[float]
-    normal_in: list[np.ndarray]  # outward normals of the faces
-    normal_out: list[np.ndarray]
+    enter: float  # [m] along the line
+    leave: float
+    normal_in: np.ndarray  # outward normals of the faces
+    normal_out: np.ndarray
 
 
 def sample_surface(
@@ -85,15 +85,18 @@ def sample_surface(
 
 def intersect(
     solids: Sequence[Polyhedron], points: np.ndarray, directions: np.ndarray
-) -> list[Intersections]:
+) -> list[list[Chord]]:
     """Intersect lines with an object by Cyrus-Beck clipping against the planes of each solid.
 
     Args:
         solids: The object.
         points: One point on each line [m].  # (n, 3)
         directions: Unit directions of the lines.  # (n, 3)
+
+    Returns:
+        The parts of each line inside the object, in order.
     """
-    parts: list[list[tuple[float, float, np.ndarray, np.ndarray]]] = [[] for _ in points]
+    parts: list[list[Chord]] = [[] for _ in points]
     for solid in solids:
         slope = directions @ solid.normals.T  # (n, m)
         ahead = solid.offsets - points @ solid.normals.T
@@ -106,24 +109,20 @@ def intersect(
         rows = np.arange(len(points))
         t_in, t_out = enters[rows, a], leaves[rows, b]
         for i in np.flatnonzero((t_in < t_out) & ~beside):
-            parts[i].append((float(t_in[i]), float(t_out[i]), solid.normals[a[i]],
-                             solid.normals[b[i]]))  # fmt: skip
+            normals = solid.normals[a[i]], solid.normals[b[i]]
+            parts[i].append(Chord(float(t_in[i]), float(t_out[i]), *normals))
     return [_merged(sorted(part, key=lambda p: p[:2])) for part in parts]
 
 
-def _merged(parts: list[tuple[float, float, np.ndarray, np.ndarray]]) -> Intersections:
-    """Merge the intervals of solids that overlap or touch along a line."""
-    found = Intersections([], [], [], [])
-    for enter, leave, normal_in, normal_out in parts:
-        if found.leave and enter <= found.leave[-1] + _MERGED:
-            if leave > found.leave[-1]:
-                found.leave[-1], found.normal_out[-1] = leave, normal_out
-            continue
-        found.enter.append(enter)
-        found.leave.append(leave)
-        found.normal_in.append(normal_in)
-        found.normal_out.append(normal_out)
-    return found
+def _merged(parts: list[Chord]) -> list[Chord]:
+    """Merge the parts of solids that overlap or touch along a line."""
+    walls: list[Chord] = []
+    for part in parts:
+        if not walls or part.enter > walls[-1].leave + _MERGED:
+            walls.append(part)
+        elif part.leave > walls[-1].leave:
+            walls[-1] = walls[-1]._replace(leave=part.leave, normal_out=part.normal_out)
+    return walls
 
 
 def antipodal_pairs(
@@ -157,19 +156,17 @@ def antipodal_pairs(
     directions = -normals + amount * sideways
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     first, second, angles = [], [], []
-    for point, direction, found in zip(
+    for point, direction, walls in zip(
         points, directions, intersect(solids, points, directions), strict=True
     ):
-        walls = len(found.enter)
-        ends = [(0, walls - 1)] * (walls > 0) + [(i, i) for i in range(walls) if walls > 1]
-        for i, j in ends:  # all walls between the fingers, or one wall
-            start, end = found.enter[i], found.leave[j]
-            angle = max(
-                _angle(-direction, found.normal_in[i]), _angle(direction, found.normal_out[j])
-            )
-            if end - start <= max_width and angle <= cone:
-                first.append(point + start * direction)
-                second.append(point + end * direction)
+        between = [(walls[0], walls[-1])] if walls else []
+        if len(walls) > 1:
+            between += zip(walls, walls, strict=True)
+        for one, other in between:  # all walls between the fingers, or one wall
+            angle = max(_angle(-direction, one.normal_in), _angle(direction, other.normal_out))
+            if other.leave - one.enter <= max_width and angle <= cone:
+                first.append(point + one.enter * direction)
+                second.append(point + other.leave * direction)
                 angles.append(angle)
     return AntipodalPairs(
         np.reshape(first, (-1, 3)), np.reshape(second, (-1, 3)), np.array(angles, dtype=float)
@@ -241,8 +238,8 @@ def pad_contact(solids: Sequence[Solid], pairs: AntipodalPairs, hand: Hand) -> n
     hits = np.zeros(n)
     for side in (u, -u, v, -v):
         beside = pairs.first + 0.6 * hand.pad * side
-        for i, found in enumerate(intersect(polyhedra, beside, line)):
-            hits[i] += _at(found.enter, 0.0) + _at(found.leave, width[i])
+        for i, walls in enumerate(intersect(polyhedra, beside, line)):
+            hits[i] += sum(_touches(walls, width[i]))
     return hits / 8.0
 
 
@@ -256,12 +253,13 @@ def face_extents(
     out = np.repeat(np.reshape(approaches, (-1, 3)), n, axis=0) * np.tile(
         _FACE_STEPS, len(pairs.first)
     )[:, None]  # fmt: skip
-    found = intersect([solid.polyhedron for solid in solids], repeated.first - out, line)
-    same = [_at(f.enter, 0.0) and _at(f.leave, w) for f, w in zip(found, width, strict=True)]
+    lines = intersect([solid.polyhedron for solid in solids], repeated.first - out, line)
+    same = [all(_touches(walls, w)) for walls, w in zip(lines, width, strict=True)]
     steps = np.reshape(same, (-1, n)).cumprod(axis=1).sum(axis=1).astype(int)
     return np.concatenate([[0.0], _FACE_STEPS])[steps]
 
 
-def _at(positions: Sequence[float], expected: float) -> bool:
-    """Return whether a line crosses a surface within `_FLAT` of the expected position."""
-    return any(abs(t - expected) < _FLAT for t in positions)
+def _touches(walls: Sequence[Chord], width: float) -> tuple[bool, bool]:
+    """Return whether both pads touch walls within `_FLAT` of the distance between them."""
+    first = any(abs(wall.enter) < _FLAT for wall in walls)
+    return first, any(abs(wall.leave - width) < _FLAT for wall in walls)

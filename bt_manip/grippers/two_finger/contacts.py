@@ -31,7 +31,6 @@ class FingerContacts:
 
     def __init__(self, root: mjcf.RootElement, mechanism: Mechanism):
         self._mechanism = mechanism
-        self.bound = False
         self._sensors = []
         for finger in mechanism.fingers:
             name = f"{finger.name}_touch"
@@ -49,7 +48,6 @@ class FingerContacts:
         self._model, self._data = model, data
         self._labels: BodyNames | None = None
         self._touched = lru_cache(_CACHED)(self._touched_by)
-        self.bound = True
 
     def forces(self) -> tuple[float, float]:
         """Return the normal force on each finger [N]."""

@@ -34,8 +34,9 @@ class NumberRows:
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> Rows | None:
         """Return the lists."""
         value = table.value(entry.name)
-        if _are_rows(value):
-            return tuple(tuple(map(float, row)) for row in value)
+        if isinstance(value, list) and all(isinstance(row, list) and row for row in value):
+            if all(isinstance(x, int | float) for row in value for x in row):
+                return tuple(tuple(map(float, row)) for row in value)
         table.reject(entry.name, f"is {self.type}")
         return None
 
@@ -179,10 +180,3 @@ class TravelTable:
     def write(self, value: FingerTravel, entry: KeyField, folder: Path | None) -> dict[str, Any]:
         """Return the table."""
         return {entry.name: write_fields(value)}
-
-
-def _are_rows(value: Any) -> bool:
-    return isinstance(value, list) and all(
-        isinstance(row, list) and row and all(isinstance(x, int | float) for x in row)
-        for row in value
-    )

@@ -177,7 +177,7 @@ class DrivenFingers(Gripper):
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model, keeping the contacts of the last step."""
-        if self._contacts.bound:
+        if self._dt:  # compiled before
             self._touch()
         model, data = physics.model.ptr, physics.data.ptr
         self.mechanism.bind(model)

@@ -141,7 +141,7 @@ class RealTwoFingerGripper(DrivenFingers):
     @property
     def held(self) -> tuple[str, ...]:
         """Name of the object that is assumed to be held."""
-        return () if self._held is None or not self._joint() else (self._held,)
+        return () if self._held is None or self._joint() is None else (self._held,)
 
     @property
     def forces(self) -> tuple[float, float]:
@@ -158,7 +158,7 @@ class RealTwoFingerGripper(DrivenFingers):
 
     def held_root(self) -> int:
         """Return the root body of the held object; 0 for none."""
-        joint = self._joint() if self._held is not None else None
+        joint = self._joint()
         return int(self.robot.mj_model.jnt_bodyid[joint[0]]) if joint else 0
 
     # The simulated cell
@@ -170,14 +170,12 @@ class RealTwoFingerGripper(DrivenFingers):
         if np.isfinite(width):
             self.mechanism.set_width(data.qpos, min(max(width, self._min), self._open))
         self.mechanism.rest(data.qvel)
-        joint = self._joint() if self._held is not None else None
-        if joint is None:
-            return
-        _, qpos, dof = joint
-        T_wo = T_wt * self._T_to
-        data.qpos[qpos : qpos + 3] = T_wo.translation
-        data.qpos[qpos + 3 : qpos + 7] = quat_wxyz(T_wo)
-        data.qvel[dof : dof + 6] = 0.0
+        if (joint := self._joint()) is not None:
+            _, qpos, dof = joint
+            T_wo = T_wt * self._T_to
+            data.qpos[qpos : qpos + 3] = T_wo.translation
+            data.qpos[qpos + 3 : qpos + 7] = quat_wxyz(T_wo)
+            data.qvel[dof : dof + 6] = 0.0
 
     def _attach(self) -> None:
         """Attach the nearest free object."""
@@ -205,10 +203,10 @@ class RealTwoFingerGripper(DrivenFingers):
         self._held, self._steps_released = None, 0
 
     def _joint(self) -> tuple[int, int, int] | None:
-        """Return the held object's free joint with its addresses; None if it was removed."""
+        """Return the held object's free joint with its addresses; None without one."""
         model = self.robot.mj_model
         joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, f"{self._held}/")
-        if joint < 0:
+        if self._held is None or joint < 0:  # removed
             return None
         return joint, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
 

@@ -117,13 +117,7 @@ def _elements(body: Any, childclass: Any = None) -> Iterator[tuple[Any, Any]]:
 
 
 def _line(element: Any, childclass: Any = None, tag: str = "") -> str:
-    """Return an element's tag and attributes, with those of its default class.
-
-    Args:
-        element: The element.
-        childclass: Its class, if it does not name one; default: the main class.
-        tag: Tag in the default class; default: its own.
-    """
+    """Return an element's tag and attributes, with those of its default class for the tag."""
     attributes = sorted(_attributes(element, childclass, tag or element.tag).items())
     texts = (f"{k}={_text(v)}" for k, v in attributes if k not in _IGNORED)
     return f"{element.tag} {' '.join(texts)}"
