@@ -66,10 +66,6 @@ STEP = control_step_class()
 JOINTS = "/robots/panda/joints"
 
 
-def test_an_unchanged_copy_can_be_shown(picked, tmp_path):
-    show(Recording(rewrite(picked, tmp_path / "run.mcap", "", None)))
-
-
 @pytest.mark.parametrize(
     ("topic", "data"),
     [
