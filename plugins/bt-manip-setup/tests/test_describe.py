@@ -22,13 +22,11 @@ from bt_manip.robots import (
     RobotError,
     Tolerance,
     read_description,
-    read_model,
 )
 from bt_manip_setup import (
     check_description,
     describe_robot,
     description_text,
-    find_fingers,
     gripper_keys,
     gripper_names,
     make_robot,
@@ -108,11 +106,6 @@ def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
     assert again.gripper.max_force == first.gripper.max_force
 
 
-def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
-    with pytest.raises(RobotError, match=r"tool pointing down: .* \(--tool-frame\)"):
-        describe_robot(str(TWO_LINK), parts, name="two_link")
-
-
 def test_velocity_and_effort_limits_are_those_of_a_urdf():
     model = mujoco.MjModel.from_xml_path(str(TWO_LINK))
     limits = joint_data(model, (0, 1), TWO_LINK)
@@ -120,9 +113,17 @@ def test_velocity_and_effort_limits_are_those_of_a_urdf():
     assert limits.effort == pytest.approx((60.0, 30.0))
 
 
-def test_a_second_gripper_is_refused(parts):
-    with pytest.raises(RobotError, match="has a gripper of its own, with joint 'finger_joint1'"):
-        describe_robot(PANDA, parts, name="one", gripper=PANDA)
+@pytest.mark.parametrize(
+    ("model", "gripper", "message"),
+    [
+        (TWO_LINK, None, r"tool pointing down: .* \(--tool-frame\)"),
+        (PANDA, PANDA, "has a gripper of its own, with joint 'finger_joint1'"),
+        (SIX_JOINTS, "suctoin", r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"),
+    ],
+)
+def test_what_cannot_be_described_is_refused(parts, model, gripper, message):
+    with pytest.raises(RobotError, match=message):
+        describe_robot(str(model), parts, name="one", gripper=gripper)
 
 
 def test_a_gripper_that_is_no_registered_one_may_be_one_of_menagerie(parts):
@@ -222,22 +223,6 @@ def test_a_registered_gripper_is_given_by_its_name(parts, tmp_path):
     assert np.linalg.norm(found.gripper.T_mg.translation) == pytest.approx(0.01)
 
 
-def test_an_unknown_gripper_is_refused_with_the_known_ones(parts):
-    with pytest.raises(
-        RobotError, match=r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"
-    ):
-        describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suctoin")
-
-
-def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
-    reach = RadialReach(
-        np.zeros(2), 0.0, np.arange(3.0), np.arange(-1.0, 2.0), np.zeros((3, 3)), below_tool=0.3
-    )
-    assert reach.reached(0.0).all(axis=1).tolist() == [False, False, True]
-    height = np.array([0.2, 0.3, 0.4])  # at 0.3 it touches the table
-    assert reach.covers(np.full(3, 0.5), height, 0.0).tolist() == [False, True, True]
-
-
 def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path):
     draft = describe_robot(str(with_dry_friction(tmp_path, 40.0)), parts, name="small")
     assert draft.description.gripper.parameters.get("frictionloss") == 0.0
@@ -256,20 +241,7 @@ def test_a_gripper_stands_on_its_mount_with_its_origin_or_with_what_is_lower(hei
     assert T.isApprox(pin.SE3(np.eye(3), np.array([0.0, 0.0, lift])))
 
 
-ARM = ("pan", "lift", "elbow", "pitch", "roll", "turn")
 PLATE = box("0.02 0.01 0.06")
-
-
-def test_a_joint_that_only_decorates_is_left_aside(tmp_path):
-    grip = limit(0.0, 0.04)
-    path = write_arm(tmp_path / "arm.urdf", [
-        part("left", PLATE, "prismatic", "0 0.005 0", rest=grip),
-        part("right", PLATE, "prismatic", "0 -0.005 0", "0 -1 0",
-             grip + '<mimic joint="left_joint"/>'),
-        part("propeller", box("0.002 0.01 0.01"), "continuous", "0.06 0 -0.06", "1 0 0"),
-    ])  # fmt: skip
-    found = find_fingers(read_model(str(path), "arm")[1], ARM)
-    assert found.joints == ("left_joint",) and set(found.fingers) == {"left", "right"}
 
 
 @pytest.fixture

@@ -18,11 +18,15 @@ def test_a_position_is_covered_where_all_four_measured_ones_around_it_are_reache
     rng = np.random.default_rng(0)
     radii, heights = np.linspace(0.2, 0.9, 8), np.linspace(-0.3, 0.8, 7)
     lowest = np.where(rng.uniform(size=(7, 8)) < 0.8, 0.5, -np.inf)
-    reach = RadialReach(np.zeros(2), 0.0, radii, heights, lowest, below_tool=0.1)
-    radius, height = rng.uniform(0.1, 1.0, 400), rng.uniform(-0.4, 0.9, 400)
     floor = -0.25
+    below = heights[1] - floor  # at the second height, the gripper touches the floor
+    reach = RadialReach(np.zeros(2), 0.0, radii, heights, lowest, below_tool=below)
+    above = (lowest > floor) & (np.arange(7) > 0)[:, np.newaxis]
+    assert reach.reached(floor).tolist() == above.tolist()
+    radius, height = rng.uniform(0.1, 1.0, 400), rng.uniform(-0.4, 0.9, 400)
+    height[:50] = heights[1] - rng.choice((9e-4, 1.1e-3), 50)  # tolerance: 1 mm
     expected = [
-        bool(height[k] - 0.1 > floor)
+        bool(height[k] - below > floor - 1e-3)
         and any(
             radii[j] <= radius[k] <= radii[j + 1]
             and heights[i] <= height[k] <= heights[i + 1]

@@ -268,9 +268,10 @@ def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
     assert found.T_bt.translation[2] == pytest.approx(0.14 - 0.015, abs=1.1e-3)
 
 
-def test_joints_that_move_no_surface_to_another_one_are_left_aside():
-    """There are three with a range: fingers, and a lever whose end moves by some millimetres."""
-    lever = '<joint name="lever" axis="1 2 3" range="-1 1"/><geom size="0.01" pos="0 0 0.01"/>'
+@pytest.mark.parametrize("limits", ['range="-1 1"', ""])
+def test_joints_that_move_no_surface_to_another_one_or_have_no_range_are_left_aside(limits):
+    """Beside the fingers is a lever whose end moves by some millimetres."""
+    lever = f'<joint name="lever" axis="1 2 3" {limits}/><geom size="0.01" pos="0 0 0.01"/>'
     xml = model_of("offset_slides").replace("<!--palm-->", f'<body pos="0.1 0 0">{lever}</body>')
     found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
     assert found.joints == ("left_joint", "right_joint")
