@@ -53,8 +53,9 @@ def test_fingers_are_not_joints_of_the_arm():
     [(1.9, 18.2, "h"), (1.9, 18.0, ""), (2.1, 40.0, ""), (-1.0, 30.0, "h")],
 )
 def test_a_jaw_that_closes_against_the_last_link_and_opens_by_20_mm_is_a_finger(gap, travel, jaw):
-    fixed = '<geom type="box" size="0.005 0.01 0.03" pos="-0.02 0 0.26"/>'
-    moving = f'<geom type="box" size="0.005 0.01 0.03" pos="{1e-3 * gap - 0.01} 0 0.06"/>'
+    fixed = '<geom type="box" size="0.005 0.01 0.03" pos="-0.02 0 0.26" contype="0"/>'
+    at, shell = f'pos="{1e-3 * gap - 0.01} 0 0.06"', 'contype="0" conaffinity="0"'
+    moving = f'<geom type="box" size="0.005 0.01 0.03" {at}/><geom size="0.006" {at} {shell}/>'
     joint = f'<joint name="h" type="slide" axis="1 0 0" range="0 {1e-3 * travel}" limited="true"/>'
     model = compiled(chain("pqr", f'{fixed}<body name="m" pos="0 0 0.2">{joint}{moving}</body>'))
     arm = find_arm(model)

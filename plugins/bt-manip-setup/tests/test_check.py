@@ -2,17 +2,21 @@
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.behaviours import Reach
 from bt_manip.bt import NodeStatus
 from bt_manip.models import bundled_path
-from bt_manip.robots import read_description
+from bt_manip.robots import panda, read_description
 from bt_manip_contracts import ROBOT_CONTRACT
 from bt_manip_setup import check, check_description
 from bt_manip_setup.finger_travel import write_travel
+from bt_manip_setup.inspection import ReachMap, tool_findings
 from bt_manip_setup.trial import Checked, TrialWatch
 from tests.support.small_arm import write_small_arm
 
@@ -135,11 +139,43 @@ def test_self_collision_at_home_names_both_bodies(checked, monkeypatch):
     assert " mm inside '" in result.findings[0] and "choose another home" in result.findings[0]
 
 
-def test_a_tool_that_is_beside_the_fingers_or_points_elsewhere_is_found(checked):
-    wrong = "rpy = [3.14159, 0.0, 0.0]\nposition = [0.0, 0.0, 0.2]"
-    findings = "".join(checked(('frame = "tool"', f'frame = "tool"\n{wrong}')).findings)
-    assert "180 degrees from that of the fingers" in findings and "position = [" in findings
-    assert "mm from the middle of the finger pads" in findings
+AXIS = "its z axis, the direction of approach, is {} degrees from that of the fingers"
+BESIDE = "it is {} mm from the middle of the finger pads"
+FITTING = 'frame = "hand", position = [0, 0, 0.1036], quat_wxyz = [1, 0, 0, 0] fit the fingers'
+
+
+@pytest.mark.parametrize(
+    ("tilt", "aside", "findings"),
+    [
+        (0.345, 0.0195, []),
+        (-0.355, 0.0, [AXIS.format(20)]),
+        (0.0, -0.021, [BESIDE.format(21)]),
+        (np.pi, 0.2, [AXIS.format(180), BESIDE.format(200)]),
+    ],
+)
+def test_a_tool_beside_the_fingers_or_pointing_elsewhere_is_found(tilt, aside, findings):
+    T_ft = pin.SE3(pin.utils.rotate("x", tilt), np.array([0.0, aside, 0.0]))
+    found = list(tool_findings(replace(panda(), T_ft=T_ft)))
+    assert found == [f"robot 'panda': key 'tool': {text}; {FITTING}" for text in findings]
+
+
+@pytest.mark.parametrize(
+    ("below", "gripped", "payload", "finding"),
+    [
+        (0.039, 0.11, 0.11, ""),
+        (0.041, 0.11, 0.11, "key 'tool': the open gripper reaches 41 mm below it, and it grips"),
+        (0.039, 0.09, 0.11, "key 'gripper.max_force': the grip holds 0.09 kg at a friction of 1"),
+        (0.039, 0.11, 0.09, "key 'effort': the arm holds 0.09 kg at its tool"),
+    ],
+)
+def test_a_grip_or_an_arm_that_holds_less_than_two_cubes_is_found(
+    checked, monkeypatch, below, gripped, payload, finding
+):
+    reached = ReachMap(np.ones((1, 1), dtype=bool), payload, gripped, below)
+    monkeypatch.setattr(check, "reach_map", lambda robot, model: reached)
+    monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
+    findings = checked().findings
+    assert len(findings) == bool(finding) and finding in "".join(findings)
 
 
 def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(
@@ -150,6 +186,7 @@ def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(
     moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
     refused = checked(moved)
     assert "with other tool frame; 'bt-manip robot measure " in refused.findings[0]
+    assert "40 mm from the middle of the finger pads" in refused.findings[1]
     path.write_text(path.read_text().partition("travel = ")[0])
     write_travel(read_description(path))
     result = check_description(path, parts, 0)

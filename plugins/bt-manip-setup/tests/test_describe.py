@@ -18,6 +18,7 @@ from bt_manip.grippers import collision_geoms_of
 from bt_manip.models import bundled_path
 from bt_manip.robots import (
     FoundGripper,
+    Payload,
     Robot,
     RobotError,
     Tolerance,
@@ -34,7 +35,7 @@ from bt_manip_setup import (
 )
 from bt_manip_setup.describe import Draft
 from bt_manip_setup.gripper_keys import standing_pose
-from bt_manip_setup.joint_data import joint_data
+from bt_manip_setup.joint_data import estimate_efforts, joint_data, light_joints
 from bt_manip_setup.known_grippers import find_gripper
 from bt_manip_setup.placement import find_home
 from bt_manip_setup.reach import RadialReach
@@ -58,6 +59,9 @@ def test_arm_gripper_and_tool_are_found(draft):
     assert found.arm_joints == tuple(f"joint{i}" for i in range(1, 8))
     assert found.gripper.parameters["fingers"] == ["left_finger", "right_finger"]
     assert found.gripper.parameters["open_width"] == pytest.approx(0.08, abs=2e-4)
+    assert found.gripper.parameters["max_speed"] == 0.1
+    stiff = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
+    assert found.gripper.parameters["pads"] == stiff
     position = draft.robot.mj_data.site("tool").xpos  # of the model's own tool frame
     assert draft.robot.tool_pose.translation == pytest.approx(position, abs=0.01)
     assert found.tolerance == Tolerance()  # of seven joints
@@ -111,6 +115,42 @@ def test_velocity_and_effort_limits_are_those_of_a_urdf():
     limits = joint_data(model, (0, 1), TWO_LINK)
     assert limits.velocity == (1.2, 0.8) and limits.velocity_known
     assert limits.effort == pytest.approx((60.0, 30.0))
+
+
+def test_limits_that_a_model_lacks_are_those_of_the_page_on_descriptions(tmp_path):
+    links = '<joint type="slide"/><geom size="0.1"/><body><joint/><geom size="0.1"/></body>'
+    xml = f"<mujoco><worldbody><body>{links}</body></worldbody></mujoco>"
+    (tmp_path / "arm.xml").write_text(xml)
+    found = joint_data(mujoco.MjModel.from_xml_string(xml), (0, 1), tmp_path / "arm.xml")
+    assert found == ((0.5, 1.5), (2.0, 5.0), (100.0, 250.0), (None, None), False)
+
+
+def test_estimated_efforts_hold_and_accelerate_the_arm_with_a_tenth_of_its_mass(draft):
+    model, rng = draft.robot.make_model(), np.random.default_rng(1)
+    found, limits = np.array(estimate_efforts(model)), model.limits
+    loaded = model.with_payload(Payload(0.1 * pin.computeTotalMass(model.model)))
+    efforts = []
+    for q in rng.uniform(*limits.sampling_bounds(), (300, 7)):
+        signs = rng.choice((-1.0, 1.0), (2, 7))
+        v, a = signs * (limits.velocity, limits.acceleration)
+        efforts.append(loaded.effort(q, v, a))
+    largest = np.abs(efforts).max(axis=0)
+    assert 0.8 < np.median(found / (1.5 * largest)) < 1.05
+    assert found[6] == pytest.approx(0.05 * found.max(), rel=0.1)  # more than it needs
+    assert found[6] > 2.0 * largest[6]
+
+
+def test_a_joint_is_light_below_1e_4_kg_m2_for_each_newton_metre_of_its_limit(draft):
+    robot, model = draft.robot, draft.robot.make_model()
+    mujoco.mj_forward(robot.mj_model, robot.mj_data)
+    M = np.zeros((robot.mj_model.nv, robot.mj_model.nv))
+    mujoco.mj_fullM(robot.mj_model, robot.mj_data, M)
+    inertia = 1.0 / np.diag(np.linalg.inv(M[np.ix_(robot.dof_adr, robot.dof_adr)]))
+    effort = 1e4 * inertia * (0.98, 1.02, 0.98, 1.02, 1.02, 0.98, 1.02)
+    arm = SimpleNamespace(
+        model=model.model, data=model.data, home=model.home, limits=SimpleNamespace(effort=effort)
+    )
+    assert light_joints(arm).tolist() == (effort > 1e4 * inertia).tolist()
 
 
 @pytest.mark.parametrize(
@@ -180,7 +220,9 @@ def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
     assert finger_friction(draft) == pytest.approx([2.0, 2.0])
     path.write_text(description_text(draft.description, draft.notes, path, "small"))
     armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
-    assert (2e-4 * effort[3:] < armature[3:]).all() and (armature[3:] <= 1e-3 * effort[3:]).all()
+    needed = np.array(estimate_efforts(draft.robot.make_model()))
+    expected = 1e-3 * np.minimum(effort, 10.0 * needed)  # 1e-3 kg m2 for each N m
+    assert armature[3:] == pytest.approx(expected[3:], rel=0.1)
     assert not armature[:3].any()
     assert "# CHOSEN" in path.read_text().split("armature = ")[0].splitlines()[-2]
     monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())

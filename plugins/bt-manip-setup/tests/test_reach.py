@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Payload, Robot, compile_alone, panda
 from bt_manip_setup import reach as module
-from bt_manip_setup.inspection import reach_map
+from bt_manip_setup.inspection import ReachMap, reach_map
 from bt_manip_setup.reach import DownwardReach, RadialReach
 
 
@@ -41,7 +42,7 @@ def test_a_position_is_covered_where_all_four_measured_ones_around_it_are_reache
 
 
 def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(monkeypatch):
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     compile_alone(robot)
     model, reached, zero = robot.make_model(), [], np.zeros(7)
     force = model.static_force
@@ -50,6 +51,19 @@ def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(
     loaded = model.with_payload(Payload(found.payload))
     use = [np.abs(loaded.rnea(q, zero, zero) / model.limits.effort).max() for q in reached]
     assert len(use) == found.reached.sum() > 4 and max(use) == pytest.approx(1.0, abs=1e-3)
+    force = 2.0 * robot.gripper.default_force()  # of two fingers, with a friction of 1
+    assert 0.94 < 9.81 * found.gripped / force <= 1.0
+
+
+def test_a_reach_map_is_drawn_with_the_payload():
+    reached = np.array([[True, False, True], [True, True, True]])
+    drawn = ["  #.#", "  ###"]
+    assert ReachMap(reached, 2.345, np.inf, 0.0).lines() == [
+        "reach: 83 % of the table from above (#), in squares of 0.1 m; x to the right",
+        *drawn,
+        "payload: 2.3 kg wherever it reaches the table",
+    ]
+    assert ReachMap(reached, 2.0, 0.456, 0.0).lines()[-1].endswith("; the grip holds 0.46 kg")
 
 
 def arm_of(**parts) -> DownwardReach:
