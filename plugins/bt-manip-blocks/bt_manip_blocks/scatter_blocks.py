@@ -116,8 +116,9 @@ class ScatterBlocks(CellBehaviour):
             x, y, _ = region.sample(self.rng).translation
             if all(math.hypot(x - a, y - b) >= self.spacing for a, b in places):
                 places.append((x, y))
+        bounds = ", ".join(f"{bound:g}" for bound in (*region.x, *region.y))
         raise CellError(
-            f"{count} blocks find no room in {_shown(region)} with {self.spacing:g} m between them"
+            f"{count} blocks find no room in [{bounds}] with {self.spacing:g} m between them"
         )
 
     def _area(self, height: float) -> Region:
@@ -145,9 +146,3 @@ class ScatterBlocks(CellBehaviour):
                 if outside.max() < FINGERS:
                     return False
         return True
-
-
-def _shown(region: Region) -> str:
-    """Return a region as text."""
-    (x_min, x_max), (y_min, y_max) = region.x, region.y
-    return f"[{x_min:g}, {x_max:g}, {y_min:g}, {y_max:g}]"
