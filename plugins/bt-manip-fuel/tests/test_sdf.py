@@ -572,6 +572,8 @@ def test_includes_that_multiply_are_refused(tmp_path, monkeypatch):
         (link("a", "", "0 0 0 0 0 0", "nobody"), "there is no frame 'nobody'"),
         (link("arm") + joint("j", "fixed", "arm", "amr"), "did you mean 'arm'"),
         (link("a") + link("a"), "the name 'a' is used twice"),
+        (link("a") + f"<model name='a'>{link('b')}</model>", "the name 'a' is used twice"),
+        (f"<model name='a'>{link('b')}</model>" + link("a"), "the name 'a' is used twice"),
         (link("a", "", "0 0 1 0 0 0", "b") + link("b", "", "0 0 1 0 0 0", "a"), "to itself"),
         ("<frame name='f' attached_to='f'/>" + link("a"), "cycle"),
         (link(""), "has no name"), (link("a/b"), "cannot be a name"), ("", "without links"),

@@ -247,19 +247,24 @@ def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
     assert masses.min() < travel.mass < 5.0 * masses.min()
 
 
-@pytest.mark.parametrize("turn, snapped", [(0.3, True), (0.5, False), (-0.5, False)])
-def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_the_tool(
-    turn, snapped
-):
-    place = f'pos="0.013 -0.02 0.04" euler="0 0 {turn}"'
+@pytest.mark.parametrize("tilt, turn", [(0.0, 0.3), (0.0, 0.5), (0.0, -0.5), (0.25, 0.5)])
+def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_the_tool(tilt, turn):
+    """Its z axis is the palm's, or perpendicular to the closing direction beside that."""
+    place = f'pos="0.013 -0.02 0.04" euler="{tilt} 0 {turn}"'
     xml = model_of("slides").replace('pos="0 0.0 0.03"', place)
     found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
-    R = np.eye(3) if snapped else pin.rpy.rpyToMatrix(0.0, 0.0, turn)
+    R_bf = pin.utils.rotate("x", tilt) @ pin.utils.rotate("z", turn)
+    x, y, z = np.eye(3)
+    if abs(turn) > 0.35:
+        y = R_bf[:, 1]
+        x = np.cross(y, z) / np.linalg.norm(np.cross(y, z))
+    R = np.column_stack([x, y, np.cross(x, y)])
     assert found.T_bt.rotation == pytest.approx(R, abs=1e-6)
-    assert found.T_bt.translation == pytest.approx((0.013, -0.02, 0.12), abs=1e-3)
+    assert found.T_bt.translation == pytest.approx(
+        R_bf[:, 2] * 0.08 + (0.013, -0.02, 0.04), abs=2e-3
+    )
     assert found.travel.open_width == pytest.approx(0.08)
-    closing = R.T @ [-np.sin(turn), np.cos(turn), 0.0]
-    assert found.travel.closing == pytest.approx(closing, abs=1e-6)
+    assert found.travel.closing == pytest.approx(R.T @ R_bf[:, 1], abs=1e-6)
 
 
 def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
