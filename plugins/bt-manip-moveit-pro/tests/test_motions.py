@@ -209,6 +209,8 @@ def test_stages_along_axes_of_the_world_follow_each_other(station, run):
         task_constructor.ExecuteMTCSolution(solution="{s}"),
     )  # fmt: skip
     assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+    found = {(one.speed, one.approach, one.blend) for one in tree.blackboard["s"].motions}
+    assert found == {(1.0, 0.0, 0.0)}
     moved = tool(station).translation - here.translation
     np.testing.assert_allclose(moved, (0.0, 0.05, 0.0), atol=2e-3)
 
@@ -246,4 +248,5 @@ def test_a_pose_is_reached_at_the_asked_speed(run):
         t=Task(), near=PoseStamped("grasp_link", (0.0, 0.0, -0.05)),
     )  # fmt: skip
     assert tree.root.status is Status.SUCCESS, tree.failure_reason()
-    assert [motion.speed for motion in tree.blackboard["s"].motions] == [0.5]
+    (motion,) = tree.blackboard["s"].motions
+    assert (motion.speed, motion.approach, motion.blend) == (0.5, 0.0, 0.0)

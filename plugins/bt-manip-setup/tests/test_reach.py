@@ -123,13 +123,14 @@ def test_a_configuration_for_a_position_is_the_first_above_0_or_the_highest_free
         _is_free=lambda q: q[0] not in collides,
     )  # fmt: skip
 
-    def solution(first, others, floor):
+    def solution(first, others, *floor):
         asked[:] = others
-        found = arm.solve(np.zeros(3), [first], floor)
+        found = arm.solve(np.zeros(3), [first], *floor)
         return None if found is None else found[0]
 
     assert solution(3, (1, 4, 2, 5), -1.0) == 5 and solution(3, (5, 3, 6), -1.0) == 3
     assert solution(3, (), -1.0) is None
+    assert solution(3, (1, 6)) == 6 and solution(3, (1, 5)) is None  # by default the floor is at 0
     assert solution(3, (1, 2), -0.15) == 2 and solution(3, (1, 2), -0.05) is None
     solved.append(True)
     assert solution(3, (2,), -1.0) == 3
