@@ -6,7 +6,6 @@ import pytest
 
 from bt_manip_stress import StressEpisode, StressTester
 
-
 SETTINGS = {  # for short cycles
     "cans_into_box": {"sentence": "put the red can into the box", "distractors": "0"},
     "mug_on_shelf": {},
