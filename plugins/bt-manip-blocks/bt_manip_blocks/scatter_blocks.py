@@ -99,15 +99,7 @@ class ScatterBlocks(CellBehaviour):
         return made
 
     def _places(self, count: int, height: float) -> list[tuple[float, float]]:
-        """Sample positions at the required distances.
-
-        Args:
-            count: Number of positions.
-            height: Height of a block's centre over the surface [m].
-
-        Raises:
-            CellError: If the region is invalid or too small.
-        """
+        """Sample positions of blocks whose centres are at a height over the surface [m]."""
         region = self._area(height)
         places: list[tuple[float, float]] = []
         for _ in range(ATTEMPTS):
@@ -122,7 +114,6 @@ class ScatterBlocks(CellBehaviour):
         )
 
     def _area(self, height: float) -> Region:
-        """Return the region of the centres of blocks."""
         given, preferred = self.region, self.preferred_region
         for region in (preferred, *([] if given is None else [given])):
             if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:

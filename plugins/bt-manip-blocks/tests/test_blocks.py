@@ -204,6 +204,17 @@ def test_what_is_no_block_and_what_is_no_tray_has_no_slot(trial):
     assert trial(FindSlot(block="crane", pose="{p}")).fails_with("no 'crane'")
 
 
+WOOD = (0.8, 0.005, 0.0001, 0.004, 1.0)  # friction, and time constant of contacts
+
+
+def test_a_block_is_a_cube_of_beech():
+    block = ColouredBlock(colour="violet", size=0.05)
+    (geom,) = block.mjcf_model.find_all("geom")
+    found = *geom.size, geom.mass, *geom.friction, *geom.solref
+    assert found == pytest.approx((0.025, 0.025, 0.025, 700.0 * 0.05**3, *WOOD))
+    assert block.rest_height == 0.025
+
+
 def test_rows_of_a_tray_are_where_it_says():
     tray = SortingTray(colours=("yellow", "red"), slots=2)
     for colour in ("yellow", "red"):
@@ -226,8 +237,8 @@ def test_rows_of_a_tray_are_where_it_says():
         ("wall_back", (-0.065, -0.085, 0.0), (-0.06, 0.085, 0.017)),
     ):
         one = geoms.pop(name)
-        found = *(one.pos - one.size), *(one.pos + one.size), one.mass, one.friction[0]
-        assert found == pytest.approx((*corner, *end, 0.05, 0.8), abs=1e-9)
+        found = *(one.pos - one.size), *(one.pos + one.size), one.mass, *one.friction, *one.solref
+        assert found == pytest.approx((*corner, *end, 0.05, *WOOD), abs=1e-9)
     assert not geoms
     over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
     assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)

@@ -12,6 +12,7 @@ import pytest
 from bt_manip.models import ModelError, load_model, read_mesh
 from bt_manip_fuel.sdf import scopes
 
+from . import fuel_server
 from .fuel_server import bundled_sdf
 
 MODEL = "<sdf version='1.10'><model name='m'>{}</model></sdf>"
@@ -27,9 +28,7 @@ def compiled(tmp_path: Path, sdf: str, **options) -> mujoco.MjModel:
 def converted(tmp_path: Path, sdf: str, **options) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     path = tmp_path / "thing.sdf"
     path.write_text(sdf)
-    made = load_model(str(path), **options)
-    warnings = tuple(text for text in made.warnings if "default is 1 kg" not in text)
-    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), warnings
+    return fuel_server.compiled(str(path), **options)
 
 
 def refused(tmp_path: Path, inside: str) -> str:

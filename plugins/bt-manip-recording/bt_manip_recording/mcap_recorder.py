@@ -329,7 +329,6 @@ class RobotChannel:
         self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
-        """Copy new pending steps of the log."""
         with self._file.lock:
             known, start = self._copied
             new = slice(start if known is pending else 0, len(pending.touches))

@@ -142,7 +142,6 @@ class RecordedScene:
         return changes[max(self._number(changes), 0)][1]
 
     def _place(self, message: FrameTransforms, poses: np.ndarray) -> np.ndarray:
-        """Set the poses of a message, and return them."""
         for one in message.transforms:
             number = self._numbers.get(one.child_frame_id)
             if number is not None:
