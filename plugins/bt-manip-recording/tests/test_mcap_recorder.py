@@ -445,15 +445,22 @@ def test_frames_have_their_times_and_poses_at_whole_seconds_too(make_run):
         assert [one.translation.x, one.translation.y, one.translation.z] == hand.tolist()
 
 
-def test_every_body_but_the_world_has_a_frame_in_one_of_both_messages():
+@pytest.mark.parametrize(("joint", "moving"), [("<freejoint/>", ["ball"]), ("", [])])
+def test_every_body_but_the_world_has_a_frame_in_one_of_both_messages(joint, moving):
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><worldbody><body name="post"><geom size=".1"/></body><body name="ball">'
-        '<freejoint/><geom size=".1"/></body></worldbody></mujoco>'
+        f'{joint}<geom size=".1"/></body><body name="sign"><geom size=".1"/></body></worldbody>'
+        "</mujoco>"
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    fixed = FrameTransforms.FromString(SceneMessages(model, data).fixed_frames(0)).transforms
-    assert [one.child_frame_id for one in fixed] == ["post"]
+    scene = SceneMessages(model, data)
+    (movable,) = scene.movable_frames([0], [scene.copy_poses()])
+    frames = [
+        [one.child_frame_id for one in FrameTransforms.FromString(message).transforms]
+        for message in (movable.tobytes(), scene.fixed_frames(0))
+    ]
+    assert frames == [moving, [name for name in ("post", "ball", "sign") if name not in moving]]
 
 
 def test_plugins_add_messages_of_their_own_after_each_tick(make_run, tmp_path):
