@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from contextlib import closing
 from dataclasses import replace
 from datetime import datetime
 from io import BytesIO
@@ -40,7 +41,7 @@ from bt_manip_recording import (
     write_npz,
 )
 from bt_manip_recording.foxglove import SceneMessages, serialized_points
-from bt_manip_recording.mcap_file import BlockWriter
+from bt_manip_recording.mcap_file import BlockWriter, McapFile
 from tests.support.runs import Listener
 
 
@@ -320,6 +321,17 @@ def test_blocks_of_messages_are_written_as_the_librarys_writer_writes_them_one_b
             writer.flush()
         writer.finish()
     assert found.getvalue() == expected.getvalue()
+
+
+def test_a_chunk_has_the_messages_of_a_second(tmp_path, monkeypatch):
+    monkeypatch.setattr(mcap_file, "FLUSH_INTERVAL", 1e3)  # not by time on the wall
+    with closing(McapFile(tmp_path / "ticks.mcap", lambda: None)) as file:
+        for time in range(0, 25 * 10**8, 10**7):
+            file.add_json("/ticks", time, {})
+            file.end_tick(time)
+    with (tmp_path / "ticks.mcap").open("rb") as read_again:
+        chunks = make_reader(read_again).get_summary().chunk_indexes
+    assert [chunk.message_end_time for chunk in chunks] == [10**9, 2 * 10**9, 249 * 10**7]
 
 
 def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):

@@ -246,6 +246,7 @@ def test_an_arm_may_be_given_a_suction_cup_that_is_built():
     assert found.arm_joints == ("pan", "lift", "elbow", "roll", "pitch", "turn")
     assert found.velocity == (3.0,) * 6 and found.effort is None  # they are those of URDF
     assert found.gripper.kind == "suction"
+    assert found.T_ft.translation == pytest.approx((0.0, 0.0, 0.05))
     assert draft.robot.gripper.max_force == pytest.approx(0.25 * np.pi * 0.03**2 * 6e4)
     assert draft.notes["gripper"].startswith("CHOSEN")
 
