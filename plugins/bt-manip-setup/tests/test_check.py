@@ -12,10 +12,9 @@ import pytest
 from bt_manip.behaviours import Reach
 from bt_manip.bt import NodeStatus
 from bt_manip.models import bundled_path
-from bt_manip.robots import panda, read_description
+from bt_manip.robots import panda
 from bt_manip_contracts import ROBOT_CONTRACT
 from bt_manip_setup import check, check_description
-from bt_manip_setup.finger_travel import write_travel
 from bt_manip_setup.inspection import ReachMap, tool_findings
 from bt_manip_setup.trial import Checked, TrialWatch
 from tests.support.small_arm import write_small_arm
@@ -179,21 +178,12 @@ def test_a_grip_or_an_arm_that_holds_less_than_two_cubes_is_found(
     assert len(findings) == bool(finding) and finding in "".join(findings)
 
 
-def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(
-    checked, parts, tmp_path, monkeypatch
-):
-    monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
-    path = tmp_path / "arm.toml"
-    moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
-    refused = checked(moved)
-    assert "with other tool frame; 'bt-manip robot measure " in refused.findings[0]
-    assert "40 mm from the middle of the finger pads" in refused.findings[1]
-    path.write_text(path.read_text().partition("travel = ")[0])
-    write_travel(read_description(path))
-    result = check_description(path, parts, 0)
-    assert result.facts[0].startswith("reach: 0 %")
-    assert "the open gripper reaches 5" in result.findings[-1]
-    assert "mm below it, and it grips the cube of pick_place 40 mm over" in result.findings[-1]
+def test_a_travel_that_was_measured_with_another_tool_frame_is_found(checked):
+    first, second = checked(
+        ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
+    ).findings
+    assert "with other tool frame; 'bt-manip robot measure " in first
+    assert "40 mm from the middle of the finger pads" in second
 
 
 def test_a_gripper_that_does_not_open_so_wide_is_found(checked):

@@ -193,31 +193,12 @@ def test_an_arm_of_five_joints_gets_a_tolerance_and_invented_masses_are_marked(p
     assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]
 
 
-DAMPING = 'damping="10" frictionloss="{}"'
-
-
-def with_dry_friction(folder: Path, friction: float, **small) -> Path:
-    """Write the model of a small arm with this dry friction of each finger [N]."""
-    path = write_small_arm(folder, **small).with_name("small.xml")
-    text, old = path.read_text(), DAMPING.format(0)
-    assert old in text
-    path.write_text(text.replace(old, DAMPING.format(friction)))
-    return path
-
-
-def finger_friction(draft: Draft) -> list[float]:
-    model = draft.robot.mj_model
-    return [model.dof_frictionloss[model.joint(name).dofadr[0]] for name in ("left", "right")]
-
-
 def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
     parts, tmp_path, monkeypatch
 ):
     path = tmp_path / "new.toml"
-    model = with_dry_friction(tmp_path, 2.0, armature=0.0)
+    model = write_small_arm(tmp_path, armature=0.0).with_name("small.xml")
     draft = describe_robot(str(model), parts, name="new")
-    assert draft.description.gripper.parameters.get("frictionloss") is None
-    assert finger_friction(draft) == pytest.approx([2.0, 2.0])
     path.write_text(description_text(draft.description, draft.notes, path, "small"))
     armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
     needed = np.array(estimate_efforts(draft.robot.make_model()))
@@ -264,12 +245,6 @@ def test_a_registered_gripper_is_given_by_its_name(parts, tmp_path):
     assert given == known
     assert found.tool_frame == post.tool_frame and found.gripper.mount == "mount"
     assert np.linalg.norm(found.gripper.T_mg.translation) == pytest.approx(0.01)
-
-
-def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path):
-    draft = describe_robot(str(with_dry_friction(tmp_path, 40.0)), parts, name="small")
-    assert draft.description.gripper.parameters.get("frictionloss") == 0.0
-    assert finger_friction(draft) == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("height, lift", [(0.03, 0.0), (-0.03, 0.05)])  # [m]

@@ -1,6 +1,7 @@
 """The reach of an arm whose tool points down."""
 
 from collections import Counter
+from dataclasses import replace
 from types import SimpleNamespace
 
 import mujoco
@@ -10,8 +11,10 @@ import pytest
 
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Payload, Robot, compile_alone, panda
+from bt_manip.spatial import pose
 from bt_manip_setup import reach as module
-from bt_manip_setup.inspection import ReachMap, reach_map
+from bt_manip_setup.finger_travel import measured
+from bt_manip_setup.inspection import ReachMap, make_robot, reach_map
 from bt_manip_setup.reach import DownwardReach, RadialReach
 
 
@@ -53,6 +56,14 @@ def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(
     assert len(use) == found.reached.sum() > 4 and max(use) == pytest.approx(1.0, abs=1e-3)
     force = 2.0 * robot.gripper.default_force()  # of two fingers, with a friction of 1
     assert 0.94 < 9.81 * found.gripped / force <= 1.0
+
+
+def test_the_fingertips_must_not_reach_the_table_before_the_tool_grips(parts):
+    """The Panda's reach 9 mm below the tool, and here the tool is 40 mm higher."""
+    moved = measured(replace(panda(), T_ft=pose((0.0, 0.0, -0.04))))
+    robot = make_robot(moved, parts)
+    found = reach_map(robot, robot.make_model())
+    assert found.below_tool == pytest.approx(0.049, abs=1e-3) and not found.reached.any()
 
 
 def test_a_reach_map_is_drawn_with_the_payload():
