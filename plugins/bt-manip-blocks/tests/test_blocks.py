@@ -63,14 +63,20 @@ def test_a_region_without_room_is_refused_after_some_thousand_samples(trial, mon
     assert 1000 <= len(samples) <= 10000
 
 
-def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial):
+def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial, monkeypatch):
+    """They leave 11 cm for the fingers beside it."""
+    regions, sample = [], Region.sample
+    monkeypatch.setattr(
+        Region, "sample", lambda region, rng: regions.append(region) or sample(region, rng)
+    )
     wide = [0.2, 1.2, -0.35, 0.38]  # farther than the arm reaches, and over the tray
     scattering = ScatterBlocks(each=2, blocks="{blocks}", preferred_region=wide)
     lower, upper = extent(station.cell, "tray")
     for name in chosen(trial, scattering, "blocks"):
-        place = station.cell.pose(name).translation[:2]
-        assert np.maximum(lower[:2] - place, place - upper[:2]).max() > 0.04
         assert station.first.reach.reaches(station.cell, name)
+    places = np.array(regions[0].squares)
+    beside = np.maximum(lower[:2] - places, places - upper[:2]).max(axis=1)
+    assert 0.11 <= beside.min() < 0.11 + regions[0].side
 
 
 def test_blocks_that_are_scattered_again_replace_the_old_ones_and_are_not_compiled_again(
@@ -220,8 +226,8 @@ def test_rows_of_a_tray_are_where_it_says():
     for colour in ("yellow", "red"):
         assert [tray.row_at(slot.translation) for slot in tray.row(colour)] == [colour] * 2
     assert tray.row("yellow")[0].translation[1] > 0 > tray.row("red")[0].translation[1]
-    assert tray.row_at(np.array([0.0, 0.2, 0.0])) is None
-    assert tray.row_at(np.array([0.2, 0.0, 0.0])) is None
+    assert tray.row_at(np.array([0.0, 0.0851, 0.0])) is None
+    assert tray.row_at(np.array([0.0601, 0.0, 0.0])) is None
     places = [slot.translation for slot in tray.row("red")]
     assert places == [pytest.approx([x, -0.0425, 0.005]) for x in (-0.03, 0.03)]
     (lower,), (upper,) = tray.row_box("red")

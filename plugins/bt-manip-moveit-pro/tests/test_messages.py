@@ -78,10 +78,12 @@ def test_a_position_has_three_numbers():
     assert "3 numbers" in tree.failure_reason()
 
 
-@pytest.mark.parametrize(("x", "angle", "near"), [(0.005, 0.0, 1), (0.0, 0.3, 0), (0.02, 0.0, 0)])
+@pytest.mark.parametrize(
+    ("x", "angle", "near"), [(0.009, 0.009, 1), (0.0, -0.011, 0), (-0.011, 0.0, 0)]
+)
 def test_a_pose_is_compared_with_the_identity(x, angle, near):
     pose = PoseStamped("world", (x, 0, 0), (0, 0, math.sin(angle / 2), math.cos(angle / 2)))
-    leaf = poses.IsPoseNearIdentity(pose="{p}", position_tolerance="0.01", rotation_tolerance="0.1")
+    leaf = poses.IsPoseNearIdentity(pose="{p}")
     assert run(leaf, p=pose).root.status is (Status.SUCCESS if near else Status.FAILURE)
 
 

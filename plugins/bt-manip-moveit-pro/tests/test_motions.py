@@ -157,10 +157,13 @@ def test_a_cartesian_path_passes_its_poses_on_lines(station, run):
     assert abs(plane).max() < 2e-3
 
 
-def test_a_line_has_steps_of_2_cm():
-    end = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.05), np.array([0.1, 0.0, 0.0]))
+@pytest.mark.parametrize(
+    ("length", "angle", "steps"), [(0.1, 0.05, 5), (0.101, 0.05, 6), (0.01, 0.31, 4), (0.0, 0.0, 1)]
+)
+def test_a_line_has_steps_of_2_cm_and_a_tenth_of_a_radian(length, angle, steps):
+    end = pin.SE3(pin.rpy.rpyToMatrix(0, 0, angle), np.array([length, 0.0, 0.0]))
     samples = line(pin.SE3.Identity(), end)
-    assert len(samples) == 5
+    assert len(samples) == steps
     assert samples[-1].isApprox(end)
 
 
@@ -216,7 +219,7 @@ def test_stages_along_axes_of_the_world_follow_each_other(station, run):
 
 
 def test_the_gripper_closes_and_opens_by_its_position(station, run):
-    for hand, closed, opened in (("franka", "0.0", "0.04"), ("robotiq", "0.7929", "0")):
+    for hand, closed, opened in (("franka", "0.019", "0.021"), ("robotiq", "0.11", "0.09")):
         action = f"/{hand}_gripper_controller/gripper_cmd"
         for position in (closed, opened):
             leaf = motions.MoveGripperAction(gripper_command_action_name=action, position=position)

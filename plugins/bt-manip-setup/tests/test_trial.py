@@ -71,6 +71,10 @@ def test_cycles_with_failed_actions_and_the_worst_joint_become_findings():
             assert list(watch.findings("it")) == []  # a quarter with a retry
     assert (watch.cycles, watch.failed, watch.retried) == (8, 2, 1)
     assert begun == list(range(1, 9))
+    for error, found in ((0.0095, False), (0.0105, True)):  # [rad]
+        robot.q = arm.q_ref - (error, 0.0, 0.0)
+        watch.after_tick()
+        assert ("a is up to" in "".join(watch.findings("it"))) == found
     for free, moving, q in ((0, 1, (9, 0, 0)), (1, 0, (9, 0, 0)), (1, 1, (0.495, -0.232, 0.125))):
         contacts.free, arm.moving, robot.q = bool(free), bool(moving), np.array(q)
         watch.after_tick()
