@@ -22,6 +22,7 @@ from bt_manip.robots import (
     Robot,
     RobotError,
     Tolerance,
+    ToolLimits,
     read_description,
 )
 from bt_manip_setup import (
@@ -65,6 +66,7 @@ def test_arm_gripper_and_tool_are_found(draft):
     position = draft.robot.mj_data.site("tool").xpos  # of the model's own tool frame
     assert draft.robot.tool_pose.translation == pytest.approx(position, abs=0.01)
     assert found.tolerance == Tolerance()  # of seven joints
+    assert found.tool_limits == ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
     assert found.effort is None  # it is that of the model
     assert draft.robot.limits.effort[0] == 87.0
 
