@@ -13,7 +13,6 @@ from bt_manip.bt import Sequence
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Basket, Cube, ModelObject, Table
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import load_plugins
 from bt_manip.runner import prepare, request_of
 
 from .fuel_server import bundled_sdf, model_zip
@@ -24,11 +23,6 @@ REFERENCE = {
     "basket": "fuel:GoogleResearch/Threshold Basket",
 }
 """The three models of the reference task."""
-
-
-@pytest.fixture(scope="module")
-def parts():
-    return load_plugins().parts
 
 
 @pytest.fixture

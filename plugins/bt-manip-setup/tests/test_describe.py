@@ -58,13 +58,15 @@ def draft(parts) -> Draft:
 def test_arm_gripper_and_tool_are_found(draft):
     found = draft.description
     assert found.arm_joints == tuple(f"joint{i}" for i in range(1, 8))
+    assert found.gripper.parameters["joints"] == ["finger_joint1", "finger_joint2"]
     assert found.gripper.parameters["fingers"] == ["left_finger", "right_finger"]
-    assert found.gripper.parameters["open_width"] == pytest.approx(0.08, abs=2e-4)
+    assert found.gripper.parameters["open_width"] == 0.08
+    assert found.tool_frame == "hand" and found.T_ft.rotation == pytest.approx(np.eye(3))
     assert found.gripper.parameters["max_speed"] == 0.1
     stiff = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
     assert found.gripper.parameters["pads"] == stiff
     position = draft.robot.mj_data.site("tool").xpos  # of the model's own tool frame
-    assert draft.robot.tool_pose.translation == pytest.approx(position, abs=0.01)
+    assert draft.robot.tool_pose.translation == pytest.approx(position, abs=1e-3)
     assert found.tolerance == Tolerance()  # of seven joints
     assert found.tool_limits == ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
     assert found.effort is None  # it is that of the model

@@ -10,12 +10,10 @@ import pytest
 from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 
-from bt_manip.robots import Robot, RobotError, panda
+from bt_manip.robots import RobotError
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
 
 from .mechanisms import ARM, MECHANISMS, model_of
-
-PANDA = tuple(f"joint{i}" for i in range(1, 8))
 
 
 def check_widths(kind, found):
@@ -105,15 +103,6 @@ def test_the_effort_against_springs_is_that_of_each_motor():
         travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
         for q in (0.02, 0.035):
             assert polyval(q, travel.holding[0]) == pytest.approx(scale * 50 * (q + 0.01), rel=0.03)
-
-
-def test_the_hand_of_the_panda_is_found():
-    found = find_fingers(Robot(panda()).alone, PANDA)
-    assert set(found.fingers) == {"left_finger", "right_finger"} and found.body == "hand"
-    assert found.joints == ("finger_joint1", "finger_joint2") and found.motor is None
-    assert found.T_bt.translation == pytest.approx((0.0, 0.0, 0.1034), abs=1e-3)
-    assert np.allclose(found.T_bt.rotation, np.eye(3))
-    assert (found.travel.min_width, found.travel.open_width) == (0.0, 0.08)
 
 
 @pytest.mark.parametrize(
