@@ -61,34 +61,24 @@ def test_a_waypoint_is_reached_without_the_joint_of_a_rail(station, run):
     np.testing.assert_allclose(station.robot.q, list(READY.values()), atol=5e-3)
 
 
-@pytest.mark.parametrize(
-    ("leaves", "reason"),
-    [
-        (
-            [motions.RetrieveWaypoint(waypoint_name="Reddy", waypoint_joint_state="{s}")],
-            "did you mean 'Ready'",
-        ),
-        ([motions.PlanToJointGoal(joint_goal="{beyond}")], "joint"),
-        (
-            [
-                poses.TransformPoseFrame(
-                    input_pose="{pose}", target_frame_id="no", output_pose="{q}"
-                )
-            ],
-            "there is no frame 'no'",
-        ),
-        ([motions.PlanCartesianPath(path="{path}")], "can be followed up to"),
-        (
-            [
-                task_constructor.SetupMTCPlanToPose(task="{task}", target_pose="{far}"),
-                task_constructor.PlanMTCTask(task="{task}", solution="{s}"),
-            ],
-            "out of reach",
-        ),
+UNREACHABLE = {
+    "did you mean 'Ready'": [
+        motions.RetrieveWaypoint(waypoint_name="Reddy", waypoint_joint_state="{s}")
     ],
-    ids=["waypoint", "joint limits", "frame", "end of a path", "pose"],
-)
-def test_what_cannot_be_reached_fails_with_a_reason(run, leaves, reason):
+    "joint": [motions.PlanToJointGoal(joint_goal="{beyond}")],
+    "there is no frame 'no'": [
+        poses.TransformPoseFrame(input_pose="{pose}", target_frame_id="no", output_pose="{q}")
+    ],
+    "can be followed up to": [motions.PlanCartesianPath(path="{path}")],
+    "out of reach": [
+        task_constructor.SetupMTCPlanToPose(task="{task}", target_pose="{far}"),
+        task_constructor.PlanMTCTask(task="{task}", solution="{s}"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("reason", "leaves"), UNREACHABLE.items(), ids=UNREACHABLE)
+def test_what_cannot_be_reached_fails_with_a_reason(run, reason, leaves):
     tree = run(
         *leaves,
         beyond=JointState({**READY, "panda_joint4": 1.0}),
