@@ -109,11 +109,6 @@ def test_messages_for_foxglove_have_sizes_and_colours_of_the_shapes(scene):
     assert floor.frame_id == "world" and floor.cubes[0].size.x == 10.0
 
 
-def test_poses_are_those_of_the_bodies_in_the_world(scene):
-    poses = dict(zip(scene.frames, scene.poses().tolist(), strict=True))
-    assert poses["thing"] == [0.3, -0.4, 1.0, 0.5, 0.5, -0.5, 0.5]
-
-
 def test_looks_differ_after_a_change_of_colour(model, scene):
     before = scene.entities()
     assert scene.entities() == before

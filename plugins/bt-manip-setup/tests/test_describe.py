@@ -321,13 +321,3 @@ def test_a_concave_jaw_collides_by_convex_parts_in_every_run(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(RobotError, match="key 'convex_parts': 'palm': .* pip install"):
         make_robot(again, parts)
-
-
-def test_bodies_with_convex_parts_are_checked(draft, parts, tmp_path):
-    path = tmp_path / "one.toml"
-    wrong = replace(draft.description, convex_parts=("left_fingr",))
-    path.write_text(description_text(wrong, {}, path, "an arm"))
-    (finding,) = check_description(path, parts, cycles=0).findings
-    assert (
-        "key 'convex_parts': there is no body 'left_fingr'; did you mean 'left_finger'" in finding
-    )
