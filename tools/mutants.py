@@ -299,6 +299,7 @@ ARGUED = {
     "if len(limited) > 1 else": "of two fingers, both move surfaces towards each other",
     "bench.sweep(joints[0], joints[2:])": "the joint of the other finger moves nothing of this one",
     "bench.sweep(joints[1], joints[:0])": "the joint of the other finger moves nothing of this one",
+    "translation[:3] for b in blocks_on": "blocks on one surface are as high as each other",
     "default_rng(1).random(count)": "any distinct numbers do",
     "SAME_TIME = 1": "times are whole nanoseconds, and ticks are milliseconds apart",
     "product(np.linspace(*area.x": "places for a post: more or fewer of them",

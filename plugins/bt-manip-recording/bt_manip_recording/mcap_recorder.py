@@ -203,8 +203,6 @@ class McapRecorder(RunObserver):
             self._images.close()
         self._open.close()
 
-    # Internal
-
     def _copy_poses(self) -> None:
         self._poses.append((self._cell.time, self._file.sequence, self._scene.copy_poses()))
 

@@ -132,8 +132,6 @@ class RecordedScene:
             message = FrameTransforms.FromString(self._poses[self.index])
         return self._place(message, self._latest(self._fixed).copy())
 
-    # Internal
-
     def _number(self, changes: Sequence[tuple[int, Any]]) -> int:
         """Return the index of the last change so far; -1 if there is none."""
         return bisect_right(changes, int(self.ticks[self.index]), key=lambda one: one[0]) - 1
