@@ -302,7 +302,7 @@ ARGUED = {
     "translation[:3] for b in blocks_on": "blocks on one surface are as high as each other",
     "default_rng(1).random(count)": "any distinct numbers do",
     "SAME_TIME = 1": "times are whole nanoseconds, and ticks are milliseconds apart",
-    "product(np.linspace(*area.x": "places for a post: more or fewer of them",
+    "for x in np.linspace(*area.x, 5)]": "places for a post: more or fewer of them",
     "if gaps[0] < gaps[-2]": "next to the end, the opening is nearly that at the end",
     "if gaps[1] < gaps[-1]": "next to the end, the opening is nearly that at the end",
     "if (gaps[0] <= gaps[-1])": "the openings at the ends differ by more than 2 mm",
