@@ -228,6 +228,11 @@ SHAPES = {
     "<cylinder><radius>0.1</radius><length>0.6</length></cylinder>": ("CYLINDER", [0.1, 0.3, 0]),
     "<capsule><radius>0.1</radius><length>0.6</length></capsule>": ("CAPSULE", [0.1, 0.3, 0]),
     "<ellipsoid><radii>0.1 0.2 0.3</radii></ellipsoid>": ("ELLIPSOID", [0.1, 0.2, 0.3]),
+    "<box/>": ("BOX", [0.5, 0.5, 0.5]),  # from here on by default, as SDFormat specifies it
+    "<sphere/>": ("SPHERE", [1.0, 0.0, 0.0]),
+    "<cylinder/>": ("CYLINDER", [1.0, 0.5, 0.0]),
+    "<capsule/>": ("CAPSULE", [0.5, 0.5, 0.0]),
+    "<ellipsoid/>": ("ELLIPSOID", [1.0, 1.0, 1.0]),
 }
 
 
