@@ -301,6 +301,7 @@ ARGUED = {
     "bench.sweep(joints[1], joints[:0])": "the joint of the other finger moves nothing of this one",
     "translation[:3] for b in blocks_on": "blocks on one surface are as high as each other",
     "max(self._number(changes), -1)": "cameras and fixed frames come before the first tick",
+    "part[-1]), default=parts[0])": "of two parts of one length, the later one also ends later",
     "default_rng(1).random(count)": "any distinct numbers do",
     "SAME_TIME = 1": "times are whole nanoseconds, and ticks are milliseconds apart",
     "for x in np.linspace(*area.x, 5)]": "places for a post: more or fewer of them",

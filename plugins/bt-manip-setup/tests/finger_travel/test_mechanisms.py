@@ -11,10 +11,11 @@ from bt_manip.cell.objects import Cube
 from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grasping import GripperClearance
 from bt_manip.grippers import TwoFingerGripper, solids_of, two_finger_gripper
-from bt_manip.robots import Robot, RobotDescription
+from bt_manip.robots import Robot, RobotDescription, compile_alone
 from bt_manip.spatial import pose
 from bt_manip_setup import describe_robot
 from bt_manip_setup.finger_travel import find_fingers, measured
+from bt_manip_setup.linkage import touching_links
 from tests.support.arms import Post
 
 from ..assembled_arms import write_linkage_arm
@@ -74,9 +75,9 @@ def build(tmp_path_factory):
     """Give a function that returns the robot with a gripper, described by what was found of it."""
 
     @cache
-    def described(kind, *gripper):
+    def described(kind, palm, *gripper):
         file = tmp_path_factory.mktemp(kind) / "post.xml"
-        file.write_text(model_of(kind))
+        file.write_text(model_of(kind).replace("<!--palm-->", palm))
         found = find_fingers(mujoco.MjModel.from_xml_path(str(file)), ARM)
         given = {"joints": found.joints, "fingers": found.fingers, "max_force": 20.0}
         return measured(
@@ -87,8 +88,8 @@ def build(tmp_path_factory):
             )
         )  # fmt: skip
 
-    return lambda kind, **gripper: Robot(
-        described(kind, *gripper.items()), gripper=TwoFingerGripper
+    return lambda kind, palm="", **gripper: Robot(
+        described(kind, palm, *gripper.items()), gripper=TwoFingerGripper
     )
 
 
@@ -150,6 +151,15 @@ def test_springs_do_not_change_the_opening(kind, scene):
     scene.until(lambda: not gripper.moving)
     scene.cell.step(200)
     assert gripper.width == pytest.approx(0.07, abs=2e-4)
+
+
+@pytest.mark.parametrize(("gap", "pairs"), [(9e-4, [("left", "lever")]), (1.1e-3, [])])
+def test_links_touch_within_1_mm_at_any_opening(build, gap, pairs):
+    """A lever is beside the open left finger, whose outer face is at 52 mm there."""
+    shape = f'<geom type="box" size="0.004 0.005 0.02" pos="0 {0.057 + gap} 0.07"/>'
+    robot = build("slides", f'<body name="lever"><joint name="lever" axis="0 0 1"/>{shape}</body>')
+    compile_alone(robot)
+    assert touching_links(robot) == pairs
 
 
 def test_a_smaller_opening_may_be_described(build):

@@ -256,6 +256,16 @@ def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_th
     assert found.travel.closing == pytest.approx(R.T @ R_bf[:, 1], abs=1e-6)
 
 
+@pytest.mark.parametrize(("begin", "offset"), [(0.01, -0.01), (4e-4, -4e-4), (2e-4, 0.0)])
+def test_slides_keep_the_offset_of_their_positions_from_0_3_mm_on(begin, offset):
+    xml = model_of("slides").replace('range="0.0 0.04"', f'range="{begin} {0.04 + begin}"')
+    xml = xml.replace('pos="0 0.0 0.03"', f'pos="0 {-begin} 0.03"', 1)
+    xml = xml.replace('pos="0 0.0 0.03"', f'pos="0 {begin} 0.03"')
+    travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
+    assert travel.polynomials == pytest.approx(np.array([[offset, 1.0]] * 2), abs=1e-6)
+    assert travel.open_width == pytest.approx(0.08, abs=5e-4)
+
+
 def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
     xml = model_of("slides").replace('size="0.01 0.004 0.01"', 'size="0.01 0.004 0.03"')
     found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
