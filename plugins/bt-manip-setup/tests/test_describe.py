@@ -114,11 +114,16 @@ def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
     assert again.gripper.max_force == first.gripper.max_force
 
 
-def test_velocity_and_effort_limits_are_those_of_a_urdf():
+def test_velocity_and_effort_limits_are_those_of_a_urdf_if_it_has_all(tmp_path):
     model = mujoco.MjModel.from_xml_path(str(TWO_LINK))
     limits = joint_data(model, (0, 1), TWO_LINK)
     assert limits.velocity == (1.2, 0.8) and limits.velocity_known
     assert limits.effort == pytest.approx((60.0, 30.0))
+    text = TWO_LINK.read_text()
+    assert ' velocity="0.8"' in text
+    (tmp_path / "arm.urdf").write_text(text.replace(' velocity="0.8"', ""))
+    limits = joint_data(model, (0, 1), tmp_path / "arm.urdf")
+    assert limits.velocity == (1.5, 1.5) and not limits.velocity_known
 
 
 def test_limits_that_a_model_lacks_are_those_of_the_page_on_descriptions(tmp_path):
