@@ -45,13 +45,14 @@ from bt_manip_recording.mcap_file import BlockWriter, McapFile
 from tests.support.runs import Listener
 
 
-def coming_and_going() -> Node:
+def coming_and_going(rest: int = 1000) -> Node:
+    """Return a task in which an object comes, stays while the arm rests [ms], and goes."""
     return Sequence(
         "root",
         Script(code="speed := 0.5"),
         SpawnObject(object="{cube}"),
         MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep("rest", msec=1000),
+        Sleep("rest", msec=rest),
         RemoveObject(object="{cube}"),
         Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
     )

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
-from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.behaviours import MoveToConfiguration
 from bt_manip.runner import RunObserver
 from bt_manip_recording import (
     CellScene,
@@ -18,6 +17,8 @@ from bt_manip_recording import (
     mcap_file,
 )
 from tests.support.runs import Listener
+
+from .test_mcap_recorder import coming_and_going
 
 
 class States(RunObserver):
@@ -43,18 +44,9 @@ class States(RunObserver):
 def recorded(make_run, tmp_path_factory):
     """Record two cycles in several chunks; an object comes and goes in each."""
     path = tmp_path_factory.mktemp("timeline") / "run.mcap"
-    root = Sequence(
-        "root",
-        Script(code="speed := 0.5"),
-        SpawnObject(object="{cube}"),
-        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep(msec=200),
-        RemoveObject(object="{cube}"),
-        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
-    )
     events = []
     states = States(events)
-    run = make_run(root, cycles=2)
+    run = make_run(coming_and_going(rest=200), cycles=2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(mcap_file, "CHUNK_DURATION", 0.2)
         run.execute([Listener(events, McapRecorder.kinds), McapRecorder(path), states])
