@@ -144,6 +144,23 @@ def test_a_fixed_jaw_stands_beside_the_object(kind, scene):
     assert moving > 5e-3
 
 
+@pytest.mark.parametrize("kind", ["one_jaw"])
+def test_a_state_goes_on_bit_for_bit(kind, scene):
+    scene.grasp(0.03)
+    gripper, cell = scene.gripper, scene.cell
+    gripper.close(FORCE)
+    cell.step(300)
+    parts = (gripper, scene.control)
+    snapshot, states = cell.snapshot(), [part.get_state() for part in parts]
+    cell.step(200)
+    first = cell.data.qpos.copy()
+    cell.restore(snapshot)
+    for part, state in zip(parts, states, strict=True):
+        part.set_state(state)
+    cell.step(200)
+    assert np.array_equal(first, cell.data.qpos)
+
+
 @pytest.mark.parametrize("kind", ["springs"])
 def test_springs_do_not_change_the_opening(kind, scene):
     gripper = scene.gripper
