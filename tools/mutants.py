@@ -302,6 +302,7 @@ ARGUED = {
     "translation[:3] for b in blocks_on": "blocks on one surface are as high as each other",
     "max(self._number(changes), -1)": "cameras and fixed frames come before the first tick",
     "part[-1]), default=parts[0])": "of two parts of one length, the later one also ends later",
+    "_HINGE: 130}": "twice as many positions over the same travel",
     "default_rng(1).random(count)": "any distinct numbers do",
     "SAME_TIME = 1": "times are whole nanoseconds, and ticks are milliseconds apart",
     "for x in np.linspace(*area.x, 5)]": "places for a post: more or fewer of them",

@@ -171,9 +171,11 @@ def test_springs_do_not_change_the_opening(kind, scene):
 
 
 @pytest.mark.parametrize(("gap", "pairs"), [(9e-4, [("left", "lever")]), (1.1e-3, [])])
-def test_links_touch_within_1_mm_at_any_opening(build, gap, pairs):
-    """A lever is beside the open left finger, whose outer face is at 52 mm there."""
-    shape = f'<geom type="box" size="0.004 0.005 0.02" pos="0 {0.057 + gap} 0.07"/>'
+@pytest.mark.parametrize(("face", "side"), [(0.052, 1), (0.006, -1)])  # outer, open; inner, closed
+def test_links_touch_within_1_mm_at_any_opening(build, face, side, gap, pairs):
+    """A lever is beside the left finger."""
+    y = face + side * (gap + 0.002)
+    shape = f'<geom type="box" size="0.004 0.002 0.02" pos="0 {y} 0.07"/>'
     robot = build("slides", f'<body name="lever"><joint name="lever" axis="0 0 1"/>{shape}</body>')
     compile_alone(robot)
     assert touching_links(robot) == pairs
