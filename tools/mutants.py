@@ -309,6 +309,23 @@ ARGUED = {
     "[1000.0, 0.0, 0.0]), _EIGHTHS": "only the direction of the vector counts",
     "_STEADY_TIME - 1e-12": "against rounding of times that are whole steps",
     "_STEADY_TIME - 1.0000000000000002e-06": "against rounding of times that are whole steps",
+    "surface.beyond(T_tb, (height - d))": "the two heights change places, and so do the parts",
+    "faces.max(initial=-2)": "without faces no corner is missing",
+    "if len(limited) > 1 else": "of two fingers, both move surfaces towards each other",
+    "bench.sweep(joints[0], joints[2:])": "the joint of the other finger moves nothing of this one",
+    "bench.sweep(joints[1], joints[:0])": "the joint of the other finger moves nothing of this one",
+    "translation[:3] for b in blocks_on": "blocks on one surface are as high as each other",
+    "max(self._number(changes), -1)": "cameras and fixed frames come before the first tick",
+    "part[-1]), default=parts[0])": "of two parts of one length, the later one also ends later",
+    "_HINGE: 130}": "twice as many positions over the same travel",
+    "default_rng(1).random(count)": "any distinct numbers do",
+    "SAME_TIME = 1": "times are whole nanoseconds, and ticks are milliseconds apart",
+    "for x in np.linspace(*area.x, 5)]": "places for a post: more or fewer of them",
+    "if gaps[0] < gaps[-2]": "next to the end, the opening is nearly that at the end",
+    "if gaps[1] < gaps[-1]": "next to the end, the opening is nearly that at the end",
+    "if (gaps[0] <= gaps[-1])": "the openings at the ends differ by more than 2 mm",
+    "len(self._frames) > MAX_FRAMES": "one frame of 5000 more",
+    "(middle <= upper))[:1]": "a quick test before rays, which decide",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -42,19 +42,3 @@ def find_tray(cell: Cell, name: str) -> SortingTray:
     if not isinstance(tray, SortingTray):
         raise CellError(f"'{name}' is not a sorting tray")
     return tray
-
-
-def unsorted_blocks(cell: Cell, tray: str) -> list[str]:
-    """Return the names of the coloured blocks that are not at rest in their row of a tray.
-
-    Raises:
-        CellError: If there is no such tray.
-    """
-    rows = find_tray(cell, tray)
-    T_tw = cell.pose(tray).inverse()
-    return [
-        name
-        for name, block in blocks_in(cell).items()
-        if not is_on(cell, name, tray)
-        or rows.row_at(T_tw.act(cell.pose(name).translation)) != block.colour
-    ]

@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from bt_manip.behaviours import CellCondition, Destination
 from bt_manip.bt import Input
-from bt_manip.cell import Cell, extent, why_not_on
-from bt_manip_blocks.blocks import blocks_in, blocks_on, find_tray, tower_on, unsorted_blocks
+from bt_manip.cell import Cell, extent, is_on, why_not_on
+from bt_manip_blocks.blocks import blocks_in, blocks_on, find_tray, tower_on
 
 MARGIN = 0.01
 """Distance of a block from the middle of the one below at which it stands well [m]."""
@@ -58,7 +58,14 @@ class AreSorted(BlocksCondition):
         """Compare their positions with the rows."""
         if reason := self.why_incomplete():
             return reason
-        left = unsorted_blocks(self.cell, self.tray)
+        cell, tray = self.cell, find_tray(self.cell, self.tray)
+        T_tw = cell.pose(self.tray).inverse()
+        left = [
+            name
+            for name, block in blocks_in(cell).items()
+            if not is_on(cell, name, self.tray)
+            or tray.row_at(T_tw.act(cell.pose(name).translation)) != block.colour
+        ]
         return f"not in the row of their colour: {', '.join(left)}" if left else ""
 
     def places(self) -> Mapping[str, Destination | None]:

@@ -99,15 +99,7 @@ class ScatterBlocks(CellBehaviour):
         return made
 
     def _places(self, count: int, height: float) -> list[tuple[float, float]]:
-        """Sample positions at the required distances.
-
-        Args:
-            count: Number of positions.
-            height: Height of a block's centre over the surface [m].
-
-        Raises:
-            CellError: If the region is invalid or too small.
-        """
+        """Sample positions of blocks whose centres are at a height over the surface [m]."""
         region = self._area(height)
         places: list[tuple[float, float]] = []
         for _ in range(ATTEMPTS):
@@ -116,12 +108,12 @@ class ScatterBlocks(CellBehaviour):
             x, y, _ = region.sample(self.rng).translation
             if all(math.hypot(x - a, y - b) >= self.spacing for a, b in places):
                 places.append((x, y))
+        bounds = ", ".join(f"{bound:g}" for bound in (*region.x, *region.y))
         raise CellError(
-            f"{count} blocks find no room in {_shown(region)} with {self.spacing:g} m between them"
+            f"{count} blocks find no room in [{bounds}] with {self.spacing:g} m between them"
         )
 
     def _area(self, height: float) -> Region:
-        """Return the region of the centres of blocks."""
         given, preferred = self.region, self.preferred_region
         for region in (preferred, *([] if given is None else [given])):
             if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
@@ -145,9 +137,3 @@ class ScatterBlocks(CellBehaviour):
                 if outside.max() < FINGERS:
                     return False
         return True
-
-
-def _shown(region: Region) -> str:
-    """Return a region as text."""
-    (x_min, x_max), (y_min, y_max) = region.x, region.y
-    return f"[{x_min:g}, {x_max:g}, {y_min:g}, {y_max:g}]"

@@ -63,14 +63,20 @@ def test_a_region_without_room_is_refused_after_some_thousand_samples(trial, mon
     assert 1000 <= len(samples) <= 10000
 
 
-def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial):
+def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial, monkeypatch):
+    """They leave 11 cm for the fingers beside it."""
+    regions, sample = [], Region.sample
+    monkeypatch.setattr(
+        Region, "sample", lambda region, rng: regions.append(region) or sample(region, rng)
+    )
     wide = [0.2, 1.2, -0.35, 0.38]  # farther than the arm reaches, and over the tray
     scattering = ScatterBlocks(each=2, blocks="{blocks}", preferred_region=wide)
     lower, upper = extent(station.cell, "tray")
     for name in chosen(trial, scattering, "blocks"):
-        place = station.cell.pose(name).translation[:2]
-        assert np.maximum(lower[:2] - place, place - upper[:2]).max() > 0.04
         assert station.first.reach.reaches(station.cell, name)
+    places = np.array(regions[0].squares)
+    beside = np.maximum(lower[:2] - places, places - upper[:2]).max(axis=1)
+    assert 0.11 <= beside.min() < 0.11 + regions[0].side
 
 
 def test_blocks_that_are_scattered_again_replace_the_old_ones_and_are_not_compiled_again(
@@ -204,13 +210,24 @@ def test_what_is_no_block_and_what_is_no_tray_has_no_slot(trial):
     assert trial(FindSlot(block="crane", pose="{p}")).fails_with("no 'crane'")
 
 
+WOOD = (0.8, 0.005, 0.0001, 0.004, 1.0)  # friction, and time constant of contacts
+
+
+def test_a_block_is_a_cube_of_beech():
+    block = ColouredBlock(colour="violet", size=0.05)
+    (geom,) = block.mjcf_model.find_all("geom")
+    found = *geom.size, geom.mass, *geom.friction, *geom.solref
+    assert found == pytest.approx((0.025, 0.025, 0.025, 700.0 * 0.05**3, *WOOD))
+    assert block.rest_height == 0.025
+
+
 def test_rows_of_a_tray_are_where_it_says():
     tray = SortingTray(colours=("yellow", "red"), slots=2)
     for colour in ("yellow", "red"):
         assert [tray.row_at(slot.translation) for slot in tray.row(colour)] == [colour] * 2
     assert tray.row("yellow")[0].translation[1] > 0 > tray.row("red")[0].translation[1]
-    assert tray.row_at(np.array([0.0, 0.2, 0.0])) is None
-    assert tray.row_at(np.array([0.2, 0.0, 0.0])) is None
+    assert tray.row_at(np.array([0.0, 0.0851, 0.0])) is None
+    assert tray.row_at(np.array([0.0601, 0.0, 0.0])) is None
     places = [slot.translation for slot in tray.row("red")]
     assert places == [pytest.approx([x, -0.0425, 0.005]) for x in (-0.03, 0.03)]
     (lower,), (upper,) = tray.row_box("red")
@@ -226,8 +243,8 @@ def test_rows_of_a_tray_are_where_it_says():
         ("wall_back", (-0.065, -0.085, 0.0), (-0.06, 0.085, 0.017)),
     ):
         one = geoms.pop(name)
-        found = *(one.pos - one.size), *(one.pos + one.size), one.mass, one.friction[0]
-        assert found == pytest.approx((*corner, *end, 0.05, 0.8), abs=1e-9)
+        found = *(one.pos - one.size), *(one.pos + one.size), one.mass, *one.friction, *one.solref
+        assert found == pytest.approx((*corner, *end, 0.05, *WOOD), abs=1e-9)
     assert not geoms
     over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
     assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)

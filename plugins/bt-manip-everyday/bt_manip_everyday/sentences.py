@@ -106,17 +106,14 @@ class HoldsExactly(CellCondition):
 
     def why_not(self) -> str:
         """Check each freely moving object."""
-        return "; ".join(self._reasons())
+        outside = (why_not_in(self.cell, name, self.container) for name in self.objects)
+        others = (f"'{name}' is in it, too" for name in self._wrong())
+        return "; ".join([*filter(None, outside), *others])
 
     def places(self) -> Mapping[str, Destination | None]:
         """Return the inside of the container for the given objects, and None for others in it."""
         inside = Destination.inside(self.cell, self.container)
         return dict.fromkeys(self._wrong()) | dict.fromkeys(self.objects, inside)
-
-    def _reasons(self) -> list[str]:
-        """Return the reason for each misplaced object."""
-        outside = [why_not_in(self.cell, name, self.container) for name in self.objects]
-        return [*filter(None, outside), *(f"'{name}' is in it, too" for name in self._wrong())]
 
     def _wrong(self) -> list[str]:
         """Return the names of further objects inside."""

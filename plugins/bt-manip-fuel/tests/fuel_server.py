@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.models import bundled_path
+from bt_manip.models import bundled_path, load_model
 
 CONFIG = """<?xml version="1.0"?>
 <model><name>{name}</name><version>1</version>
@@ -83,6 +83,13 @@ class FuelServer:
         self.http.shutdown()
         self.http.server_close()
         self._thread.join()
+
+
+def compiled(address: str, **options: str) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """Return a compiled model, and the warnings but those of missing masses."""
+    made = load_model(address, **options)
+    warnings = tuple(text for text in made.warnings if "default is 1 kg" not in text)
+    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), warnings
 
 
 def zip_of(files: Mapping[str, str | bytes]) -> bytes:

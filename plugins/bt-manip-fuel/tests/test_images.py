@@ -3,20 +3,13 @@
 import mujoco
 import pytest
 
-from bt_manip.models import load_model
 from tests.support.images import png, unfolded_cube
 
-from .fuel_server import model_zip
+from .fuel_server import compiled, model_zip
 
 SDF = """<sdf version="1.10"><model name="m"><link name="l"><visual name="v"><geometry>
 <mesh><uri>meshes/cube.obj</uri></mesh></geometry>{}</visual></link></model></sdf>"""
 ALBEDO = "<material><pbr><metal>\n<albedo_map>{}</albedo_map></metal></pbr></material>"
-
-
-def compiled(address: str) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    made = load_model(address)
-    warnings = tuple(text for text in made.warnings if "default is 1 kg" not in text)
-    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), warnings
 
 
 def texture_of(model: mujoco.MjModel) -> list[int]:

@@ -1,24 +1,20 @@
 """Where the models are, and one compiled station for each robot."""
 
-import os
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 from bt_manip import build_station
 from bt_manip.runner import Station
+from tests.support.models import models_of_others
 
 ROBOTS = ("fr3", "iiwa14", "menagerie_panda", "ur5e", "xarm7")
-_REPOSITORY = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="session", autouse=True)
 def menagerie():
     """Let ``menagerie:`` mean a folder on this machine, or skip where there is none."""
-    root = Path(os.environ.get("MENAGERIE_ROOT", _REPOSITORY.parent / "shared" / "menagerie"))
-    if not root.is_dir():
-        pytest.skip(f"no models of MuJoCo Menagerie at {root}")
+    root = models_of_others("MENAGERIE_ROOT", "menagerie")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MENAGERIE_ROOT", str(root))
         yield root

@@ -148,9 +148,6 @@ class BiasedCoinFlip(CellBehaviour):
         return self.fail("the coin fell on the other side")
 
 
-# ---------------------------------------------------------------------- files
-
-
 def read_messages(name: str) -> list[Any]:
     """Return the documents of a YAML file.
 

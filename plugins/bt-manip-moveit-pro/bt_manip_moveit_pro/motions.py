@@ -149,11 +149,7 @@ class PlanCartesianPath(RobotLeaf):
         self.joint_trajectory_msg = self.debug_solution = Plan(tuple(plan))
 
     def _start_of(self, targets: Sequence[pin.SE3]) -> tuple[float, ...]:
-        """Return joint positions from which the tool can follow a path [rad].
-
-        Raises:
-            MotionError: If there are none.
-        """
+        """Return joint positions from which the tool can follow a path [rad]."""
         best = 0.0
         solutions = self.arm.ik.solutions(targets[0], self.arm.robot.q)
         if not solutions:

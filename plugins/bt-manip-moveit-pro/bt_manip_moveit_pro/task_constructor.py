@@ -194,11 +194,7 @@ class PlanMTCTask(RobotLeaf):
     def _approach(
         self, straight: Sequence[Shift], ends: Sequence[pin.SE3]
     ) -> tuple[list[Motion], pin.SE3]:
-        """Return the motions to the first of some poses that can be reached, and that pose.
-
-        Raises:
-            MotionError: If none can be reached.
-        """
+        """Return the motions to the first of some poses that can be reached, and that pose."""
         length = sum(float(np.linalg.norm(shift.vector)) for shift in straight)
         for T_end in ends:
             path = [T_end]
@@ -217,11 +213,7 @@ class PlanMTCTask(RobotLeaf):
         raise MotionError(f"no pose can be reached: {reason}", reason="unreachable")
 
     def _end_of(self, motion: Motion) -> pin.SE3:
-        """Return the pose of the tool at the end of a motion.
-
-        Raises:
-            MotionError: If it cannot be reached.
-        """
+        """Return the pose of the tool at the end of a motion, which has to be reachable."""
         if motion.q:
             return self.arm.model.pose(np.array(motion.q))
         T = motion.path[-1] if motion.path else motion.pose

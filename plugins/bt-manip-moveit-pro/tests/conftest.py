@@ -5,36 +5,21 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.plugins import load_plugins
 from bt_manip_moveit_pro.objectives import Workspace
-
-SHARED = Path(__file__).resolve().parents[4] / "shared"
-MODELS = ("universal_robots_ur5e", "robotiq_2f85", "kinova_gen3")
+from tests.support.models import SHARED, models_of_others
 
 
 @pytest.fixture(scope="session")
 def menagerie(tmp_path_factory):
-    """Let ``menagerie:`` mean a folder with the models, or skip where one is missing.
-
-    They are in the folder `MENAGERIE_ROOT`, or in one beside it with the suffix ``_more``.
-    """
-    root = Path(os.environ.get("MENAGERIE_ROOT", SHARED / "menagerie"))
+    """Let ``menagerie:`` mean a folder with the models, or skip where they are missing."""
+    robots = models_of_others("MENAGERIE_ROOT", "menagerie")
+    more = models_of_others("MENAGERIE_MORE_ROOT", "menagerie_more")
     folder = tmp_path_factory.mktemp("menagerie")
-    for name in MODELS:
-        found = [f / name for f in (root, root.with_name(f"{root.name}_more"))]
-        found = [path for path in found if path.is_dir()]
-        if not found:
-            pytest.skip(f"no model {name} of MuJoCo Menagerie at {root}")
-        (folder / name).symlink_to(found[0].resolve())
+    for path in (robots / "universal_robots_ur5e", robots / "robotiq_2f85", more / "kinova_gen3"):
+        (folder / path.name).symlink_to(path.resolve())
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MENAGERIE_ROOT", str(folder))
         yield folder
-
-
-@pytest.fixture(scope="session")
-def parts():
-    """Give the registered parts."""
-    return load_plugins().parts
 
 
 @pytest.fixture(scope="session")

@@ -34,13 +34,14 @@ def station(panda):
 
 @pytest.fixture
 def run(station):
-    """Run leaves in a sequence until they complete; give the tree."""
+    """Run leaves in a sequence until they complete, by default with success; give the tree."""
 
-    def go(*leaves, timeout=20.0, **entries):
+    def go(*leaves, status=Status.SUCCESS, timeout=20.0, **entries):
         tree = Tree(Sequence(list(leaves)), clock=lambda: station.cell.time)
         for name, value in entries.items():
             tree.blackboard[name] = value
         station.run(tree, timeout=timeout)
+        assert tree.root.status is status, tree.failure_reason()
         return tree
 
     return go
@@ -51,44 +52,33 @@ def tool(station):
 
 
 def test_a_waypoint_is_reached_without_the_joint_of_a_rail(station, run):
-    tree = run(
+    run(
         motions.RetrieveWaypoint(waypoint_name="Ready", waypoint_joint_state="{state}"),
         motions.PlanToJointGoal(joint_goal="{state}"),
         ExecuteTrajectory(),
     )
-    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
     np.testing.assert_allclose(station.arm.q, list(READY.values()), atol=1e-9)
     np.testing.assert_allclose(station.robot.q, list(READY.values()), atol=5e-3)
 
 
-@pytest.mark.parametrize(
-    ("leaves", "reason"),
-    [
-        (
-            [motions.RetrieveWaypoint(waypoint_name="Reddy", waypoint_joint_state="{s}")],
-            "did you mean 'Ready'",
-        ),
-        ([motions.PlanToJointGoal(joint_goal="{beyond}")], "joint"),
-        (
-            [
-                poses.TransformPoseFrame(
-                    input_pose="{pose}", target_frame_id="no", output_pose="{q}"
-                )
-            ],
-            "there is no frame 'no'",
-        ),
-        ([motions.PlanCartesianPath(path="{path}")], "can be followed up to"),
-        (
-            [
-                task_constructor.SetupMTCPlanToPose(task="{task}", target_pose="{far}"),
-                task_constructor.PlanMTCTask(task="{task}", solution="{s}"),
-            ],
-            "out of reach",
-        ),
+UNREACHABLE = {
+    "did you mean 'Ready'": [
+        motions.RetrieveWaypoint(waypoint_name="Reddy", waypoint_joint_state="{s}")
     ],
-    ids=["waypoint", "joint limits", "frame", "end of a path", "pose"],
-)
-def test_what_cannot_be_reached_fails_with_a_reason(run, leaves, reason):
+    "joint": [motions.PlanToJointGoal(joint_goal="{beyond}")],
+    "there is no frame 'no'": [
+        poses.TransformPoseFrame(input_pose="{pose}", target_frame_id="no", output_pose="{q}")
+    ],
+    "can be followed up to": [motions.PlanCartesianPath(path="{path}")],
+    "out of reach": [
+        task_constructor.SetupMTCPlanToPose(task="{task}", target_pose="{far}"),
+        task_constructor.PlanMTCTask(task="{task}", solution="{s}"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("reason", "leaves"), UNREACHABLE.items(), ids=UNREACHABLE)
+def test_what_cannot_be_reached_fails_with_a_reason(run, reason, leaves):
     tree = run(
         *leaves,
         beyond=JointState({**READY, "panda_joint4": 1.0}),
@@ -96,8 +86,8 @@ def test_what_cannot_be_reached_fails_with_a_reason(run, leaves, reason):
         path=[PoseStamped("grasp_link", (0, y, 0)) for y in (0.0, 0.1, 1.5)],
         far=PoseStamped("base_link", (3.0, 0.0, 0.5)),
         task=Task(),
+        status=Status.FAILURE,
     )
-    assert tree.root.status is Status.FAILURE
     assert reason in tree.failure_reason()
 
 
@@ -111,7 +101,6 @@ def test_frames_are_those_of_the_tool_the_base_the_world_and_published_ones(stat
         on=PoseStamped("plane", (0.0, 0.1, 0.0)),
         tip=PoseStamped("grasp_link", (0.0, 0.0, 0.0)),
     )  # fmt: skip
-    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
     base = station.cell.pose("panda")
     on_plane = base.act(np.array([0.5, 0.1, 0.1]))
     np.testing.assert_allclose(tree.blackboard["a"].T.translation, on_plane, atol=1e-9)
@@ -157,10 +146,13 @@ def test_a_cartesian_path_passes_its_poses_on_lines(station, run):
     assert abs(plane).max() < 2e-3
 
 
-def test_a_line_has_steps_of_2_cm():
-    end = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.05), np.array([0.1, 0.0, 0.0]))
+@pytest.mark.parametrize(
+    ("length", "angle", "steps"), [(0.1, 0.05, 5), (0.101, 0.05, 6), (0.01, 0.31, 4), (0.0, 0.0, 1)]
+)
+def test_a_line_has_steps_of_2_cm_and_a_tenth_of_a_radian(length, angle, steps):
+    end = pin.SE3(pin.rpy.rpyToMatrix(0, 0, angle), np.array([length, 0.0, 0.0]))
     samples = line(pin.SE3.Identity(), end)
-    assert len(samples) == 5
+    assert len(samples) == steps
     assert samples[-1].isApprox(end)
 
 
@@ -183,7 +175,6 @@ def test_stages_become_motions_the_approach_before_the_pose(station, run):
         task_constructor.ExecuteMTCSolution(solution="{s}"),
         goal=goal,
     )  # fmt: skip
-    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
     end = here * goal.T
     np.testing.assert_allclose(tool(station).homogeneous, end.homogeneous, atol=2e-3)
     first, straight = tree.blackboard["s"].motions
@@ -208,18 +199,18 @@ def test_stages_along_axes_of_the_world_follow_each_other(station, run):
         task_constructor.PlanMTCTask(task="{t}", solution="{s}"),
         task_constructor.ExecuteMTCSolution(solution="{s}"),
     )  # fmt: skip
-    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+    found = {(one.speed, one.approach, one.blend) for one in tree.blackboard["s"].motions}
+    assert found == {(1.0, 0.0, 0.0)}
     moved = tool(station).translation - here.translation
     np.testing.assert_allclose(moved, (0.0, 0.05, 0.0), atol=2e-3)
 
 
 def test_the_gripper_closes_and_opens_by_its_position(station, run):
-    for hand, closed, opened in (("franka", "0.0", "0.04"), ("robotiq", "0.7929", "0")):
+    for hand, closed, opened in (("franka", "0.019", "0.021"), ("robotiq", "0.11", "0.09")):
         action = f"/{hand}_gripper_controller/gripper_cmd"
         for position in (closed, opened):
             leaf = motions.MoveGripperAction(gripper_command_action_name=action, position=position)
-            tree = run(leaf)
-            assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+            run(leaf)
             assert station.gripper.is_open is (position == opened)
             assert station.gripper.closed_on_nothing is (position == closed)
 
@@ -245,5 +236,5 @@ def test_a_pose_is_reached_at_the_asked_speed(run):
         task_constructor.PlanMTCTask(task="{t}", solution="{s}"),
         t=Task(), near=PoseStamped("grasp_link", (0.0, 0.0, -0.05)),
     )  # fmt: skip
-    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
-    assert [motion.speed for motion in tree.blackboard["s"].motions] == [0.5]
+    (motion,) = tree.blackboard["s"].motions
+    assert (motion.speed, motion.approach, motion.blend) == (0.5, 0.0, 0.0)

@@ -129,10 +129,6 @@ def test_sub_trees_of_the_task_constructor_pick_and_place_a_cube(workspace, mena
     assert cell.contacts.partners("cube") == ["right"]
 
 
-def test_the_description_of_the_gen3_is_registered(parts):
-    assert len(parts.robots.get("gen3").home) == 7
-
-
 @pytest.mark.soak
 def test_at_least_12_objectives_that_move_an_arm_run_to_their_end(workspace, menagerie):
     results = list(survey(workspace, run=True))

@@ -7,9 +7,9 @@ FAILURE, SKIPPED = NodeStatus.FAILURE, NodeStatus.SKIPPED
 
 
 class Dummy(SyncAction):
-    """Return `result` at each tick."""
+    """Return `result` at each tick, or the next of several."""
 
     result = NodeStatus.IDLE
 
     def _tick(self):
-        return self.result
+        return self.result if isinstance(self.result, NodeStatus) else next(self.result)

@@ -40,28 +40,9 @@ RECOVERY = functools.partial(RecoveryNode, number_of_retries=1)
 WRAPPED = functools.partial(RoundRobin, wrap_around=True)
 
 
-class Counting(Dummy):
-    """Change to another status at its second tick, like the dummy of the tests of RecoveryNode."""
-
-    ticks = 0
-    later = None
-
-    def _tick(self):
-        self.ticks += 1
-        return self.later if self.later is not None and self.ticks == 2 else self.result
-
-
 @pytest.fixture
 def recovery():
     return Rig(RECOVERY, 2)
-
-
-def retrying(later):
-    main, second = Counting("main"), Dummy("recovery")
-    main.result, main.later, second.result = FAILURE, later, SUCCESS
-    node = RecoveryNode(main, second, number_of_retries=1)
-    Tree(node)
-    return node, main, second
 
 
 def test_recovery_node_takes_two_children():
@@ -77,11 +58,10 @@ def test_recovery_node_refuses_idle_children(recovery):
 
 
 @pytest.mark.parametrize("result", [SUCCESS, FAILURE])
-def test_recovery_node_ends_with_the_result_after_its_recovery(result):
-    node, main, second = retrying(result)
-    assert node.execute() is result
-    assert (node.engine_status, main.engine_status, second.engine_status) == (result, IDLE, IDLE)
-    assert main.ticks == 2
+def test_recovery_node_ends_with_the_result_after_its_recovery(recovery, result):
+    results = iter([FAILURE, result])
+    assert recovery.tick(results, SUCCESS) is recovery.node.engine_status is result
+    assert recovery.statuses == [IDLE, IDLE] and not [*results]
 
 
 @pytest.mark.parametrize("cls", [PipelineSequence, RoundRobin, NonblockingSequence])

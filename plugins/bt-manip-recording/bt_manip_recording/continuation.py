@@ -114,11 +114,7 @@ class Continuation:
         return RunRequest(source, **fields, **others)
 
     def _check_code(self, source: TreeSource) -> None:
-        """Check that the code of a tree may run; nothing is imported.
-
-        Raises:
-            BtManipError: If the user has not named the tree, or its file is not the recorded one.
-        """
+        """Check that the code of a tree may run; nothing is imported."""
         where = self.recording.path
         if not self._tree:
             raise BtManipError(
@@ -136,11 +132,7 @@ class Continuation:
                 self._check_file(imported, digest)
 
     def _check_file(self, path: Path, recorded: str) -> None:
-        """Check that a file has one of the recorded SHA-256, which spaces separate.
-
-        Raises:
-            BtManipError: If not.
-        """
+        """Check that a file has one of the recorded SHA-256, which spaces separate."""
         with reading(path, "tree"):
             digest = hashlib.sha256(read_bytes(path)).hexdigest()
         if digest not in recorded.split():
@@ -196,12 +188,7 @@ class Continuation:
 
 
 def _module_file(name: str, *folders: str) -> Path | None:
-    """Return the file of a module, None without one; neither it nor a package is imported.
-
-    Args:
-        name: Its name, with those of the packages around it.
-        *folders: Folders to search first.
-    """
+    """Return the file of a module, None without one; nothing is imported."""
     spec, places = None, [*folders, *sys.path]
     parts = name.split(".")
     for i in range(len(parts)):

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -23,6 +23,9 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from bt_manip.cell import WORLD
 from bt_manip_recording.protobuf import NumberTemplate
 from bt_manip_recording.visuals import CellScene, SceneSource, Triangles, VisualShape
+
+if TYPE_CHECKING:
+    from bt_manip_recording.mcap_file import McapFile
 
 PATH_COLOUR = Color(r=0.1, g=0.5, b=0.9, a=1.0)
 
@@ -103,10 +106,6 @@ class SceneMessages:
         numbers = np.frombuffer(b"".join(poses)).reshape(len(times), -1)
         return frame_messages(self._movable_frames, times, numbers)
 
-    def geometry(self, entity: str, nanoseconds: int) -> bytes:
-        """Return a serialized SceneUpdate with the visible shapes of an entity."""
-        return geometry_message(self.scene.shapes(entity), nanoseconds)
-
 
 def geometry_message(shapes: Mapping[str, Sequence[VisualShape]], nanoseconds: int) -> bytes:
     """Return a serialized SceneUpdate with shapes, given by the frame of their body."""
@@ -118,6 +117,31 @@ def geometry_message(shapes: Mapping[str, Sequence[VisualShape]], nanoseconds: i
         for shape in some:
             _add_shape(body, shape)
     return update.SerializeToString()
+
+
+def add_scene(
+    file: "McapFile", scene: SceneSource, shown: Mapping[str, Any], nanoseconds: int
+) -> Mapping[str, Any]:
+    """Add the shapes of entities that are new or look different, and the removal of others.
+
+    Args:
+        file: The recording.
+        scene: The scene.
+        shown: The entities that the recording shows, with what identifies their appearance.
+        nanoseconds: Simulated time [ns].
+
+    Returns:
+        The entities that it shows now.
+    """
+    present = scene.entities()
+    for name in [name for name in shown if name not in present]:
+        file.add(f"/scene/{name}", nanoseconds, removal())
+    for name, appearance in present.items():
+        if shown.get(name) != appearance:
+            file.add_topic(f"/scene/{name}", SceneUpdate)
+            message = geometry_message(scene.shapes(name), nanoseconds)
+            file.add(f"/scene/{name}", nanoseconds, message)
+    return dict(present)
 
 
 def cameras_of(scene: SceneSource) -> dict[str, Any]:

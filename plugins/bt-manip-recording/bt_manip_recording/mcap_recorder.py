@@ -1,6 +1,7 @@
 """Record everything in a run to an MCAP file."""
 
 import json
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -117,7 +118,7 @@ class McapRecorder(RunObserver):
 
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
         self._station = run.station
-        self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
+        self._shown: Mapping[str, Any] = {}  # the appearance of the entities, by name
         self._layout: dict[str, Any] | None = None
         self._poses: list[tuple[float, int, bytes]] = []  # time, number of ticks, poses
         self._robots: list[RobotChannel] = []
@@ -202,8 +203,6 @@ class McapRecorder(RunObserver):
             self._images.close()
         self._open.close()
 
-    # Internal
-
     def _copy_poses(self) -> None:
         self._poses.append((self._cell.time, self._file.sequence, self._scene.copy_poses()))
 
@@ -276,20 +275,9 @@ class McapRecorder(RunObserver):
                 file.write(json.dumps(layout, indent=1).encode())
 
     def _write_scene(self) -> None:
-        """Write the geometry of entities that are new, or have new colours; delete the others."""
-        from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+        from bt_manip_recording.foxglove import add_scene
 
-        from bt_manip_recording.foxglove import removal
-
-        present = self._scene.scene.entities()
-        for name in [name for name in self._shown if name not in present]:
-            del self._shown[name]
-            self._add(f"/scene/{name}", removal())
-        for name, appearance in present.items():
-            if self._shown.get(name) != appearance:
-                self._shown[name] = appearance
-                self._file.add_topic(f"/scene/{name}", SceneUpdate)
-                self._add(f"/scene/{name}", self._scene.geometry(name, self._now))
+        self._shown = add_scene(self._file, self._scene.scene, self._shown, self._now)
 
 
 class RobotChannel:
@@ -339,7 +327,6 @@ class RobotChannel:
         self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
-        """Copy new pending steps of the log."""
         with self._file.lock:
             known, start = self._copied
             new = slice(start if known is pending else 0, len(pending.touches))
@@ -420,9 +407,7 @@ def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:
         Force and torque in the tool frame of each tick [N, N m].
     """
     torque, force, com, tool, rotation = np.split(wrists.reshape(-1, 21), (3, 6, 9, 12), axis=1)
-    x, y, z = (com - tool).T[:, :, None]
-    i, j, k = force.T[:, :, None]
-    torque = torque + np.hstack((y * k - z * j, z * i - x * k, x * j - y * i))  # lever x force
+    torque = torque + np.cross(com - tool, force)
     R_wt = rotation.reshape(-1, 3, 3)
     in_tool = [np.einsum("nji,nj->ni", R_wt, vectors) for vectors in (force, torque)]
     return np.concatenate(in_tool, axis=1).tolist()

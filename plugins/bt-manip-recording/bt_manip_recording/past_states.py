@@ -7,10 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from bt_manip.runner import Run, RunEvent
-from bt_manip_recording.foxglove import cameras_of, frame_messages, geometry_message, removal
+from bt_manip_recording.foxglove import add_scene, cameras_of, frame_messages
 from bt_manip_recording.mcap_file import McapFile
 from bt_manip_recording.mcap_recorder import (
     CAMERAS,
@@ -82,7 +81,10 @@ def record_states(run: Run, states: States, path: Path) -> None:
             end = start + min(BLOCK, states.alike(start))
             states.index = start
             file.sequence = start - states.first
-            shown = _add_scene(file, states, shown)
+            before, time = shown, nanoseconds(states.time)
+            shown = add_scene(file, states, before, time)
+            if shown != before:
+                file.add_json(CAMERAS, time, cameras_of(states))
             for number in range(start, end):
                 file.sequence = number - states.first
                 for event in states.events(number - 1, number):
@@ -99,17 +101,3 @@ def record_states(run: Run, states: States, path: Path) -> None:
                 file.add_all(topics[name], times[len(times) - len(rows) :], messages)
             file.end_tick(ticks[-1])
             start = end
-
-
-def _add_scene(file: McapFile, states: States, shown: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Add what has changed in the scene; return the entities that are shown now."""
-    time, present = nanoseconds(states.time), states.entities()
-    for name in [name for name in shown if name not in present]:
-        file.add(f"/scene/{name}", time, removal())
-    for name, appearance in present.items():
-        if shown.get(name) != appearance:
-            file.add_topic(f"/scene/{name}", SceneUpdate)
-            file.add(f"/scene/{name}", time, geometry_message(states.shapes(name), time))
-    if present != shown:
-        file.add_json(CAMERAS, time, cameras_of(states))
-    return dict(present)

@@ -36,7 +36,6 @@ def register_own_export_formats(register: Callable[[str, Callable[..., None]], N
 
 
 def _write(name: str, recording: Any, path: Path) -> None:
-    """Write a recording in a format."""
     import bt_manip_recording
 
     getattr(bt_manip_recording, f"write_{name}")(recording, path)

@@ -78,7 +78,7 @@ class NumberTemplate:
     """
 
     def __init__(self, build: Callable[[Sequence[float]], Any], count: int) -> None:
-        marks = 1e300 * (1.0 + np.arange(count) / (2.0 * count))  # distinct and never zero
+        marks = np.random.default_rng(0).random(count)  # distinct and never zero
         self.data = build(marks.tolist()).SerializeToString()
         self._starts = [self.data.find(struct.pack("<d", mark)) for mark in marks]
         assert -1 not in self._starts

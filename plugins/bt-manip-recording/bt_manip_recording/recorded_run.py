@@ -98,8 +98,6 @@ class RecordedRun:
             self.robots = {name: RecordedRobot(recording, name) for name in recording.limits}
             self._read()
 
-    # Internal
-
     def _read(self) -> None:
         """Feed the figures with the events, and with the robots' steps and states between them."""
 

@@ -53,7 +53,7 @@ class RecordedScene:
         topics = [
             t for t in recording.topics if t.startswith((SCENE_TOPICS, "/tf")) or t == CAMERAS
         ]
-        times, ticks, frames = [], [], {"world": 0}
+        times, ticks, frames = [], [], {"world": None}
         fixed: list[tuple[int, FrameTransforms]] = []
         with recording.decoding():
             for tick, time, topic, data in recording.numbered_messages(*topics):
@@ -75,12 +75,12 @@ class RecordedScene:
                         (tick, update)
                     )
                     names = [one.frame_id for one in update.entities]
-                for name in names:
-                    frames.setdefault(name, len(frames))
+                frames.update(dict.fromkeys(names))
         if not (times and fixed and self._views):
             raise BtManipError(f"{recording.path} has no complete chunk: it has no scene")
         self.frames: Sequence[str] = tuple(frames)
-        self.times, self.ticks, self._numbers = np.array(times), np.array(ticks), frames
+        self.times, self.ticks = np.array(times), np.array(ticks)
+        self._numbers = {name: number for number, name in enumerate(frames)}
         none = np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(frames), 1))
         self._fixed = [(tick, self._place(message, none.copy())) for tick, message in fixed]
         self._recording = recording
@@ -132,8 +132,6 @@ class RecordedScene:
             message = FrameTransforms.FromString(self._poses[self.index])
         return self._place(message, self._latest(self._fixed).copy())
 
-    # Internal
-
     def _number(self, changes: Sequence[tuple[int, Any]]) -> int:
         """Return the index of the last change so far; -1 if there is none."""
         return bisect_right(changes, int(self.ticks[self.index]), key=lambda one: one[0]) - 1
@@ -142,7 +140,6 @@ class RecordedScene:
         return changes[max(self._number(changes), 0)][1]
 
     def _place(self, message: FrameTransforms, poses: np.ndarray) -> np.ndarray:
-        """Set the poses of a message, and return them."""
         for one in message.transforms:
             number = self._numbers.get(one.child_frame_id)
             if number is not None:

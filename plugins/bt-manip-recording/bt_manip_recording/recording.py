@@ -248,11 +248,7 @@ class Recording:
 
 
 def _unpack(chunk: Chunk) -> None:
-    """Decompress a chunk in place, which has exactly the size that it claims.
-
-    Raises:
-        ValueError: If it has another size or checksum, or claims more than `MAX_CHUNK`.
-    """
+    """Decompress a chunk in place; raise a `ValueError` if it has another size than it claims."""
     size = chunk.uncompressed_size
     if size > MAX_CHUNK:
         raise ValueError(f"a chunk claims {size} bytes, at most {MAX_CHUNK} are read")
@@ -289,15 +285,11 @@ def _messages_in(
 
 
 def _records_in(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Iterate over opcode, start and end of the records of a chunk.
-
-    Raises:
-        ValueError: If a record has the opcode 0, which MCAP reserves: zeros are no records.
-    """
+    """Iterate over opcode, start and end of the records of a chunk."""
     end = 0
     while end < len(data):
         opcode, length = _RECORD_HEAD.unpack_from(data, end)
-        if not opcode:
+        if not opcode:  # reserved by MCAP: zeros are no records
             raise ValueError("a record in a chunk has the opcode 0")
         start = end + _RECORD_HEAD.size
         end = start + length

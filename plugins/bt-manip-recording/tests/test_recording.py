@@ -66,10 +66,6 @@ STEP = control_step_class()
 JOINTS = "/robots/panda/joints"
 
 
-def test_an_unchanged_copy_can_be_shown(picked, tmp_path):
-    show(Recording(rewrite(picked, tmp_path / "run.mcap", "", None)))
-
-
 @pytest.mark.parametrize(
     ("topic", "data"),
     [
@@ -158,16 +154,13 @@ def chunk_file(path, compression, data, size):
 
 def zeros(compression, size):
     """Compress zeros without having all of them at once."""
-    kind = lz4.frame.LZ4FrameCompressor if compression == "lz4" else zstandard.ZstdCompressor
-    compressor, block = kind(), bytes(1 << 24)
-    head = compressor.begin() if compression == "lz4" else b""
-    if compression == "zstd":
-        compressor = compressor.compressobj()
-    return (
-        head
-        + b"".join(compressor.compress(block) for _ in range(size >> 24))
-        + (compressor.flush())
-    )
+    if compression == "lz4":
+        compressor = lz4.frame.LZ4FrameCompressor()
+        head = compressor.begin()
+    else:
+        compressor, head = zstandard.ZstdCompressor().compressobj(), b""
+    blocks = (compressor.compress(bytes(1 << 24)) for _ in range(size >> 24))
+    return head + b"".join(blocks) + compressor.flush()
 
 
 READ = """

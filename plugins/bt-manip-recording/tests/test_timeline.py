@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
-from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.behaviours import MoveToConfiguration
 from bt_manip.runner import RunObserver
 from bt_manip_recording import (
     CellScene,
@@ -18,6 +17,8 @@ from bt_manip_recording import (
     mcap_file,
 )
 from tests.support.runs import Listener
+
+from .test_mcap_recorder import coming_and_going
 
 
 class States(RunObserver):
@@ -43,18 +44,9 @@ class States(RunObserver):
 def recorded(make_run, tmp_path_factory):
     """Record two cycles in several chunks; an object comes and goes in each."""
     path = tmp_path_factory.mktemp("timeline") / "run.mcap"
-    root = Sequence(
-        "root",
-        Script(code="speed := 0.5"),
-        SpawnObject(object="{cube}"),
-        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep(msec=200),
-        RemoveObject(object="{cube}"),
-        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
-    )
     events = []
     states = States(events)
-    run = make_run(root, cycles=2)
+    run = make_run(coming_and_going(rest=200), cycles=2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(mcap_file, "CHUNK_DURATION", 0.2)
         run.execute([Listener(events, McapRecorder.kinds), McapRecorder(path), states])
@@ -158,24 +150,18 @@ def test_before_the_first_tick_the_robot_is_where_it_starts(recorded, scene):
 
 
 def test_shapes_are_those_of_the_cell(recorded, scene):
-    _, states = recorded
-    cell = states.cell
+    def described(shape):
+        mesh = [] if shape.triangles is None else [part.tolist() for part in shape.triangles]
+        pose = [*shape.position, *shape.quat_wxyz]
+        return shape.kind, pose, shape.size, shape.rgba, mesh
+
+    cell = recorded[1].cell
     live = CellScene(cell.model, cell.data, cell.entities)
     for entity in scene.entities():
         expected, found = live.shapes(entity), scene.shapes(entity)
         assert found.keys() == expected.keys()
         for frame, shapes in expected.items():
-            assert sorted(s.kind for s in shapes) == sorted(s.kind for s in found[frame])
-            by_kind = sorted(
-                shapes, key=lambda s: ("box", "ellipsoid", "cylinder", "mesh").index(s.kind)
-            )
-            for one, other in zip(by_kind, found[frame], strict=True):
-                np.testing.assert_array_equal(one.position, other.position)
-                np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
-                assert one.size == other.size and one.rgba == other.rgba
-                if one.triangles is not None:
-                    np.testing.assert_array_equal(one.triangles.vertices, other.triangles.vertices)
-                    np.testing.assert_array_equal(one.triangles.faces, other.triangles.faces)
+            assert sorted(map(described, found[frame])) == sorted(map(described, shapes))
 
 
 def test_an_object_that_comes_back_looks_different(recorded, scene):

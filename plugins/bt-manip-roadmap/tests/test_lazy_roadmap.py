@@ -8,7 +8,6 @@ from scipy.sparse import csgraph
 
 from bt_manip import build_station
 from bt_manip.planning import PlanningProblem
-from bt_manip.plugins import load_plugins
 from bt_manip.robots import JointLimits
 from bt_manip_roadmap import LazyRoadmap
 from bt_manip_roadmap.lazy_roadmap import shortest
@@ -88,6 +87,6 @@ def test_without_a_path_it_gives_up_after_a_number_of_samples():
     assert given.rng.random() == state.random()  # so many were drawn
 
 
-def test_an_arm_can_be_told_to_use_it():
-    station = build_station(load_plugins().parts, planner="lazy_roadmap")
+def test_an_arm_can_be_told_to_use_it(parts):
+    station = build_station(parts, planner="lazy_roadmap")
     assert isinstance(station.arm.planner, LazyRoadmap)

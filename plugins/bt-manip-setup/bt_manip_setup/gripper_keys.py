@@ -78,8 +78,13 @@ def with_gripper(
     if given is not None:
         given, known = find_gripper(given, parts)
     if given == CUP:
-        notes = {"gripper": "CHOSEN: a cup of 3 cm, built at the mount."}
-        return replace(description, **_built_cup(mount)), notes
+        described = replace(
+            description,
+            tool_frame=mount,
+            T_ft=spatial.pose((0.0, 0.0, _CUP["length"])),
+            gripper=GripperDescription(kind=CUP, parameters=_CUP),
+        )
+        return described, {"gripper": "CHOSEN: a cup of 3 cm, built at the mount."}
     if given is not None and known is not None:
         notes = {"gripper": f"Gripper of the registered robot {known.name}."}
         return replace(description, **_registered(arm, description, known, given)), notes
@@ -96,15 +101,6 @@ def has_two_fingers(description: RobotDescription, parts: Parts) -> bool:
     """Return whether a description has a gripper with two fingers."""
     kind = description.gripper and parts.grippers.get(description.gripper.kind)
     return isinstance(kind, type) and issubclass(kind, TwoFingerGripper)
-
-
-def _built_cup(mount: str) -> dict[str, Any]:
-    """Return the tool and a suction cup built at the mount."""
-    return {
-        "tool_frame": mount,
-        "T_ft": spatial.pose((0.0, 0.0, _CUP["length"])),
-        "gripper": GripperDescription(kind=CUP, parameters=_CUP),
-    }
 
 
 def _registered(

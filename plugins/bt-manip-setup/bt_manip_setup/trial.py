@@ -148,8 +148,8 @@ def _grasp_in_the_air(station: Station) -> str:
 
 def _two_places(area: Region, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the point of an area nearest to a given point, and a second one beside it [m]."""
-    grid = np.stack(np.meshgrid(np.linspace(*area.x, 5), np.linspace(*area.y, 5)), -1)
-    points = np.array(area.squares) if area.squares else grid.reshape(-1, 2)
+    grid = [(x, y) for y in np.linspace(*area.y, 5) for x in np.linspace(*area.x, 5)]
+    points = np.array(area.squares or grid)
     first = points[np.linalg.norm(points - near, axis=1).argmin()]
     distance = np.linalg.norm(points - first, axis=1)
     return first, points[np.where(distance < _APART, np.inf, distance).argmin()]

@@ -2,18 +2,19 @@
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
-from bt_manip.behaviours import Reach
-from bt_manip.bt import NodeStatus
 from bt_manip.models import bundled_path
-from bt_manip.robots import read_description
+from bt_manip.robots import panda
 from bt_manip_contracts import ROBOT_CONTRACT
 from bt_manip_setup import check, check_description
-from bt_manip_setup.finger_travel import write_travel
-from bt_manip_setup.trial import Checked, TrialWatch
+from bt_manip_setup.inspection import ReachMap, tool_findings
+from bt_manip_setup.trial import Checked
 from tests.support.small_arm import write_small_arm
 
 PANDA = f"""
@@ -32,22 +33,6 @@ max_speed = 0.1
 max_force = 60.0
 travel = "{bundled_path("panda/finger_travel.toml")}"
 """
-
-
-@pytest.mark.parametrize(("cycles", "retries", "found"), [(8, 2, 0), (8, 3, 1), (4, 0, 0)])
-def test_retries_are_a_finding_where_more_than_a_quarter_of_the_cycles_needs_one(
-    cycles, retries, found
-):
-    watch, reach = TrialWatch(lambda cycle: None), Reach(object="cube")
-    reach.feedback_message = "slipped"
-    for cycle in range(cycles):
-        watch.cycle_started(cycle)
-        if cycle < retries:
-            watch.node_changed(reach, NodeStatus.RUNNING, NodeStatus.FAILURE)
-        watch.cycle_ended("SUCCESS", "")
-    findings = list(watch.findings("arm.toml"))
-    assert len(findings) == found
-    assert all(f"{retries} of {cycles} cycles: Reach: slipped" in one for one in findings)
 
 
 @pytest.fixture
@@ -76,6 +61,7 @@ def test_a_good_description_has_no_findings_but_reach_and_payload_and_is_tried(
         return Checked(["a finding"], [f"{cycles} cycles"])
 
     monkeypatch.setattr(check, "try_robot", tried)
+    monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
     result = checked(cycles=3)
     assert result.facts[0].startswith("reach: ") and "#" in result.facts[1]
     assert result.facts[-2].startswith("payload: ")
@@ -111,11 +97,14 @@ def test_unknown_names_are_found_at_once_with_the_nearest_ones(checked):
         ('"joint7"', '"joint8"'),
         ('frame = "tool"', 'frame = "tol"'),
         ('"finger_joint2"', '"finger_joint3"'),
-        ("velocity = 2.0", 'velocity = 2.0\nexclude = [["link0", "lnk2"]]'),
+        (
+            "velocity = 2.0",
+            'velocity = 2.0\nexclude = [["link0", "lnk2"]]\nconvex_parts = ["left_fingr"]',
+        ),
         ("max_force = 60.0", 'max_force = 60.0\nmotor = "split"'),
     )
     assert keys(result) == [
-        "arm_joints", "tool.frame", "exclude", "gripper.joints", "gripper.motor",
+        "arm_joints", "tool.frame", "exclude", "convex_parts", "gripper.joints", "gripper.motor",
     ]  # fmt: skip
     assert "there is no joint 'joint8'; did you mean 'joint" in result.findings[0]
 
@@ -135,27 +124,50 @@ def test_self_collision_at_home_names_both_bodies(checked, monkeypatch):
     assert " mm inside '" in result.findings[0] and "choose another home" in result.findings[0]
 
 
-def test_a_tool_that_is_beside_the_fingers_or_points_elsewhere_is_found(checked):
-    wrong = "rpy = [3.14159, 0.0, 0.0]\nposition = [0.0, 0.0, 0.2]"
-    findings = "".join(checked(('frame = "tool"', f'frame = "tool"\n{wrong}')).findings)
-    assert "180 degrees from that of the fingers" in findings and "position = [" in findings
-    assert "mm from the middle of the finger pads" in findings
+AXIS = "its z axis, the direction of approach, is {} degrees from that of the fingers"
+BESIDE = "it is {} mm from the middle of the finger pads"
+FITTING = 'frame = "hand", position = [0, 0, 0.1036], quat_wxyz = [1, 0, 0, 0] fit the fingers'
 
 
-def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(
-    checked, parts, tmp_path, monkeypatch
+@pytest.mark.parametrize(
+    ("tilt", "aside", "findings"),
+    [
+        (0.345, 0.0195, []),
+        (-0.355, 0.0, [AXIS.format(20)]),
+        (0.0, -0.021, [BESIDE.format(21)]),
+        (np.pi, 0.2, [AXIS.format(180), BESIDE.format(200)]),
+    ],
+)
+def test_a_tool_beside_the_fingers_or_pointing_elsewhere_is_found(tilt, aside, findings):
+    T_ft = pin.SE3(pin.utils.rotate("x", tilt), np.array([0.0, aside, 0.0]))
+    found = list(tool_findings(replace(panda(), T_ft=T_ft)))
+    assert found == [f"robot 'panda': key 'tool': {text}; {FITTING}" for text in findings]
+
+
+@pytest.mark.parametrize(
+    ("below", "gripped", "payload", "finding"),
+    [
+        (0.041, 0.11, 0.11, "key 'tool': the open gripper reaches 41 mm below it, and it grips"),
+        (0.039, 0.09, 0.11, "key 'gripper.max_force': the grip holds 0.09 kg at a friction of 1"),
+        (0.039, 0.11, 0.09, "key 'effort': the arm holds 0.09 kg at its tool"),
+    ],
+)
+def test_a_grip_or_an_arm_that_holds_less_than_two_cubes_is_found(
+    checked, monkeypatch, below, gripped, payload, finding
 ):
+    reached = ReachMap(np.ones((1, 1), dtype=bool), payload, gripped, below)
+    monkeypatch.setattr(check, "reach_map", lambda robot, model: reached)
     monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
-    path = tmp_path / "arm.toml"
-    moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
-    refused = checked(moved)
-    assert "with other tool frame; 'bt-manip robot measure " in refused.findings[0]
-    path.write_text(path.read_text().partition("travel = ")[0])
-    write_travel(read_description(path))
-    result = check_description(path, parts, 0)
-    assert result.facts[0].startswith("reach: 0 %")
-    assert "the open gripper reaches 5" in result.findings[-1]
-    assert "mm below it, and it grips the cube of pick_place 40 mm over" in result.findings[-1]
+    findings = checked().findings
+    assert len(findings) == 1 and finding in findings[0]
+
+
+def test_a_travel_that_was_measured_with_another_tool_frame_is_found(checked):
+    first, second = checked(
+        ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
+    ).findings
+    assert "with other tool frame; 'bt-manip robot measure " in first
+    assert "40 mm from the middle of the finger pads" in second
 
 
 def test_a_gripper_that_does_not_open_so_wide_is_found(checked):

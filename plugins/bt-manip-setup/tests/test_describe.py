@@ -18,17 +18,17 @@ from bt_manip.grippers import collision_geoms_of
 from bt_manip.models import bundled_path
 from bt_manip.robots import (
     FoundGripper,
+    Payload,
     Robot,
     RobotError,
     Tolerance,
+    ToolLimits,
     read_description,
-    read_model,
 )
 from bt_manip_setup import (
     check_description,
     describe_robot,
     description_text,
-    find_fingers,
     gripper_keys,
     gripper_names,
     make_robot,
@@ -36,7 +36,7 @@ from bt_manip_setup import (
 )
 from bt_manip_setup.describe import Draft
 from bt_manip_setup.gripper_keys import standing_pose
-from bt_manip_setup.joint_data import joint_data
+from bt_manip_setup.joint_data import estimate_efforts, joint_data, light_joints
 from bt_manip_setup.known_grippers import find_gripper
 from bt_manip_setup.placement import find_home
 from bt_manip_setup.reach import RadialReach
@@ -58,11 +58,17 @@ def draft(parts) -> Draft:
 def test_arm_gripper_and_tool_are_found(draft):
     found = draft.description
     assert found.arm_joints == tuple(f"joint{i}" for i in range(1, 8))
+    assert found.gripper.parameters["joints"] == ["finger_joint1", "finger_joint2"]
     assert found.gripper.parameters["fingers"] == ["left_finger", "right_finger"]
-    assert found.gripper.parameters["open_width"] == pytest.approx(0.08, abs=2e-4)
+    assert found.gripper.parameters["open_width"] == 0.08
+    assert found.tool_frame == "hand" and found.T_ft.rotation == pytest.approx(np.eye(3))
+    assert found.gripper.parameters["max_speed"] == 0.1
+    stiff = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
+    assert found.gripper.parameters["pads"] == stiff
     position = draft.robot.mj_data.site("tool").xpos  # of the model's own tool frame
-    assert draft.robot.tool_pose.translation == pytest.approx(position, abs=0.01)
+    assert draft.robot.tool_pose.translation == pytest.approx(position, abs=1e-3)
     assert found.tolerance == Tolerance()  # of seven joints
+    assert found.tool_limits == ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
     assert found.effort is None  # it is that of the model
     assert draft.robot.limits.effort[0] == 87.0
 
@@ -108,21 +114,65 @@ def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
     assert again.gripper.max_force == first.gripper.max_force
 
 
-def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
-    with pytest.raises(RobotError, match=r"tool pointing down: .* \(--tool-frame\)"):
-        describe_robot(str(TWO_LINK), parts, name="two_link")
-
-
-def test_velocity_and_effort_limits_are_those_of_a_urdf():
+def test_velocity_and_effort_limits_are_those_of_a_urdf_if_it_has_all(tmp_path):
     model = mujoco.MjModel.from_xml_path(str(TWO_LINK))
     limits = joint_data(model, (0, 1), TWO_LINK)
     assert limits.velocity == (1.2, 0.8) and limits.velocity_known
     assert limits.effort == pytest.approx((60.0, 30.0))
+    text = TWO_LINK.read_text()
+    assert ' velocity="0.8"' in text
+    (tmp_path / "arm.urdf").write_text(text.replace(' velocity="0.8"', ""))
+    limits = joint_data(model, (0, 1), tmp_path / "arm.urdf")
+    assert limits.velocity == (1.5, 1.5) and not limits.velocity_known
 
 
-def test_a_second_gripper_is_refused(parts):
-    with pytest.raises(RobotError, match="has a gripper of its own, with joint 'finger_joint1'"):
-        describe_robot(PANDA, parts, name="one", gripper=PANDA)
+def test_limits_that_a_model_lacks_are_those_of_the_page_on_descriptions(tmp_path):
+    links = '<joint type="slide"/><geom size="0.1"/><body><joint/><geom size="0.1"/></body>'
+    xml = f"<mujoco><worldbody><body>{links}</body></worldbody></mujoco>"
+    (tmp_path / "arm.xml").write_text(xml)
+    found = joint_data(mujoco.MjModel.from_xml_string(xml), (0, 1), tmp_path / "arm.xml")
+    assert found == ((0.5, 1.5), (2.0, 5.0), (100.0, 250.0), (None, None), False)
+
+
+def test_estimated_efforts_hold_and_accelerate_the_arm_with_a_tenth_of_its_mass(draft):
+    model, rng = draft.robot.make_model(), np.random.default_rng(1)
+    found, limits = np.array(estimate_efforts(model)), model.limits
+    loaded = model.with_payload(Payload(0.1 * pin.computeTotalMass(model.model)))
+    efforts = []
+    for q in rng.uniform(*limits.sampling_bounds(), (300, 7)):
+        signs = rng.choice((-1.0, 1.0), (2, 7))
+        v, a = signs * (limits.velocity, limits.acceleration)
+        efforts.append(loaded.effort(q, v, a))
+    largest = np.abs(efforts).max(axis=0)
+    assert (found / (1.5 * largest))[:6].mean() == pytest.approx(1.0, abs=0.1)
+    assert found[6] == pytest.approx(0.05 * found.max(), rel=0.1)  # more than it needs
+    assert found[6] > 2.0 * largest[6]
+
+
+def test_a_joint_is_light_below_1e_4_kg_m2_for_each_newton_metre_of_its_limit(draft):
+    robot, model = draft.robot, draft.robot.make_model()
+    mujoco.mj_forward(robot.mj_model, robot.mj_data)
+    M = np.zeros((robot.mj_model.nv, robot.mj_model.nv))
+    mujoco.mj_fullM(robot.mj_model, robot.mj_data, M)
+    inertia = 1.0 / np.diag(np.linalg.inv(M[np.ix_(robot.dof_adr, robot.dof_adr)]))
+    effort = 1e4 * inertia * (0.98, 1.02, 0.98, 1.02, 1.02, 0.98, 1.02)
+    arm = SimpleNamespace(
+        model=model.model, data=model.data, home=model.home, limits=SimpleNamespace(effort=effort)
+    )
+    assert light_joints(arm).tolist() == (effort > 1e4 * inertia).tolist()
+
+
+@pytest.mark.parametrize(
+    ("model", "gripper", "message"),
+    [
+        (TWO_LINK, None, r"tool pointing down: .* \(--tool-frame\)"),
+        (PANDA, PANDA, "has a gripper of its own, with joint 'finger_joint1'"),
+        (SIX_JOINTS, "suctoin", r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"),
+    ],
+)
+def test_what_cannot_be_described_is_refused(parts, model, gripper, message):
+    with pytest.raises(RobotError, match=message):
+        describe_robot(str(model), parts, name="one", gripper=gripper)
 
 
 def test_a_gripper_that_is_no_registered_one_may_be_one_of_menagerie(parts):
@@ -152,34 +202,17 @@ def test_an_arm_of_five_joints_gets_a_tolerance_and_invented_masses_are_marked(p
     assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]
 
 
-DAMPING = 'damping="10" frictionloss="{}"'
-
-
-def with_dry_friction(folder: Path, friction: float, **small) -> Path:
-    """Write the model of a small arm with this dry friction of each finger [N]."""
-    path = write_small_arm(folder, **small).with_name("small.xml")
-    text, old = path.read_text(), DAMPING.format(0)
-    assert old in text
-    path.write_text(text.replace(old, DAMPING.format(friction)))
-    return path
-
-
-def finger_friction(draft: Draft) -> list[float]:
-    model = draft.robot.mj_model
-    return [model.dof_frictionloss[model.joint(name).dofadr[0]] for name in ("left", "right")]
-
-
 def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
     parts, tmp_path, monkeypatch
 ):
     path = tmp_path / "new.toml"
-    model = with_dry_friction(tmp_path, 2.0, armature=0.0)
+    model = write_small_arm(tmp_path, armature=0.0).with_name("small.xml")
     draft = describe_robot(str(model), parts, name="new")
-    assert draft.description.gripper.parameters.get("frictionloss") is None
-    assert finger_friction(draft) == pytest.approx([2.0, 2.0])
     path.write_text(description_text(draft.description, draft.notes, path, "small"))
     armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
-    assert (2e-4 * effort[3:] < armature[3:]).all() and (armature[3:] <= 1e-3 * effort[3:]).all()
+    needed = np.array(estimate_efforts(draft.robot.make_model()))
+    expected = 1e-3 * np.minimum(effort, 10.0 * needed)  # 1e-3 kg m2 for each N m
+    assert armature[3:] == pytest.approx(expected[3:], rel=0.1)
     assert not armature[:3].any()
     assert "# CHOSEN" in path.read_text().split("armature = ")[0].splitlines()[-2]
     monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
@@ -203,6 +236,7 @@ def test_an_arm_may_be_given_a_suction_cup_that_is_built():
     assert found.arm_joints == ("pan", "lift", "elbow", "roll", "pitch", "turn")
     assert found.velocity == (3.0,) * 6 and found.effort is None  # they are those of URDF
     assert found.gripper.kind == "suction"
+    assert found.T_ft.translation == pytest.approx((0.0, 0.0, 0.05))
     assert draft.robot.gripper.max_force == pytest.approx(0.25 * np.pi * 0.03**2 * 6e4)
     assert draft.notes["gripper"].startswith("CHOSEN")
 
@@ -222,28 +256,6 @@ def test_a_registered_gripper_is_given_by_its_name(parts, tmp_path):
     assert np.linalg.norm(found.gripper.T_mg.translation) == pytest.approx(0.01)
 
 
-def test_an_unknown_gripper_is_refused_with_the_known_ones(parts):
-    with pytest.raises(
-        RobotError, match=r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"
-    ):
-        describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suctoin")
-
-
-def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
-    reach = RadialReach(
-        np.zeros(2), 0.0, np.arange(3.0), np.arange(-1.0, 2.0), np.zeros((3, 3)), below_tool=0.3
-    )
-    assert reach.reached(0.0).all(axis=1).tolist() == [False, False, True]
-    height = np.array([0.2, 0.3, 0.4])  # at 0.3 it touches the table
-    assert reach.covers(np.full(3, 0.5), height, 0.0).tolist() == [False, True, True]
-
-
-def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path):
-    draft = describe_robot(str(with_dry_friction(tmp_path, 40.0)), parts, name="small")
-    assert draft.description.gripper.parameters.get("frictionloss") == 0.0
-    assert finger_friction(draft) == [0.0, 0.0]
-
-
 @pytest.mark.parametrize("height, lift", [(0.03, 0.0), (-0.03, 0.05)])  # [m]
 def test_a_gripper_stands_on_its_mount_with_its_origin_or_with_what_is_lower(height, lift):
     base = f'<body name="palm"><geom type="box" size="0.02 0.02 0.02" pos="0 0 {height}"/></body>'
@@ -256,20 +268,7 @@ def test_a_gripper_stands_on_its_mount_with_its_origin_or_with_what_is_lower(hei
     assert T.isApprox(pin.SE3(np.eye(3), np.array([0.0, 0.0, lift])))
 
 
-ARM = ("pan", "lift", "elbow", "pitch", "roll", "turn")
 PLATE = box("0.02 0.01 0.06")
-
-
-def test_a_joint_that_only_decorates_is_left_aside(tmp_path):
-    grip = limit(0.0, 0.04)
-    path = write_arm(tmp_path / "arm.urdf", [
-        part("left", PLATE, "prismatic", "0 0.005 0", rest=grip),
-        part("right", PLATE, "prismatic", "0 -0.005 0", "0 -1 0",
-             grip + '<mimic joint="left_joint"/>'),
-        part("propeller", box("0.002 0.01 0.01"), "continuous", "0.06 0 -0.06", "1 0 0"),
-    ])  # fmt: skip
-    found = find_fingers(read_model(str(path), "arm")[1], ARM)
-    assert found.joints == ("left_joint",) and set(found.fingers) == {"left", "right"}
 
 
 @pytest.fixture
@@ -327,13 +326,3 @@ def test_a_concave_jaw_collides_by_convex_parts_in_every_run(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(RobotError, match="key 'convex_parts': 'palm': .* pip install"):
         make_robot(again, parts)
-
-
-def test_bodies_with_convex_parts_are_checked(draft, parts, tmp_path):
-    path = tmp_path / "one.toml"
-    wrong = replace(draft.description, convex_parts=("left_fingr",))
-    path.write_text(description_text(wrong, {}, path, "an arm"))
-    (finding,) = check_description(path, parts, cycles=0).findings
-    assert (
-        "key 'convex_parts': there is no body 'left_fingr'; did you mean 'left_finger'" in finding
-    )

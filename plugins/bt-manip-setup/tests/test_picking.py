@@ -17,21 +17,21 @@ from .assembled_arms import (
 )
 
 GRIPPER = "robotiq_2f85/2f85.xml"
-MENAGERIE = {
-    "franka_emika_panda/panda.xml": None,
-    "franka_fr3/fr3.xml": GRIPPER,
-    "kuka_iiwa_14/iiwa14.xml": GRIPPER,
-    "ufactory_xarm7/xarm7.xml": None,
-    "universal_robots_ur5e/ur5e.xml": GRIPPER,
+ARMS = {  # by the fixture of their folder, with a gripper for arms that have none
+    "menagerie": {
+        "franka_emika_panda/panda.xml": None,
+        "franka_fr3/fr3.xml": GRIPPER,
+        "kuka_iiwa_14/iiwa14.xml": GRIPPER,
+        "ufactory_xarm7/xarm7.xml": None,
+        "universal_robots_ur5e/ur5e.xml": GRIPPER,
+    },
+    "more_models": {
+        "kinova_gen3/gen3.xml": GRIPPER,
+        "trossen_vx300s/vx300s.xml": None,
+        "trossen_wx250s/wx250s.xml": None,
+        "trs_so_arm100/so_arm100.xml": None,
+    },
 }
-MORE = {
-    "kinova_gen3/gen3.xml": GRIPPER,
-    "trossen_vx300s/vx300s.xml": None,
-    "trossen_wx250s/wx250s.xml": None,
-    "trs_so_arm100/so_arm100.xml": None,
-}
-
-
 ASSEMBLED = {
     "mimic joint": (write_mimic_arm, None),
     "jaw": (write_jaw_arm, None),
@@ -69,17 +69,10 @@ def test_an_arm_with_a_turning_jaw_picks_at_the_first_attempt(tmp_path, more_mod
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("model", MENAGERIE)
-def test_arms_of_menagerie_pick(tmp_path, menagerie, model):
-    gripper = MENAGERIE[model]
-    check_cycles(pick(tmp_path, menagerie / model, gripper and menagerie / gripper, 20))
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("model", MORE)
-def test_further_arms_of_menagerie_pick(tmp_path, more_models, model):
-    gripper = MORE[model]
-    check_cycles(pick(tmp_path, more_models / model, gripper and more_models / gripper, 20))
+@pytest.mark.parametrize(("source", "model"), [(s, model) for s in ARMS for model in ARMS[s]])
+def test_arms_of_menagerie_pick(tmp_path, request, source, model):
+    folder, gripper = request.getfixturevalue(source), ARMS[source][model]
+    check_cycles(pick(tmp_path, folder / model, gripper and folder / gripper, 20))
 
 
 def test_a_chosen_arm_of_a_larger_robot_picks(tmp_path, capsys):

@@ -1,5 +1,6 @@
 """A robot is placed where it reaches the table and the basket, and has its home above the table."""
 
+from itertools import count
 from types import SimpleNamespace
 
 import mujoco
@@ -65,6 +66,34 @@ def test_positions_of_the_task_lie_on_the_table_evenly_and_alike_on_both_sides(f
     table = max(asked[0.05][:8], key=len)  # of the first base: 8 columns of 8 positions
     x, y = np.meshgrid(np.linspace(-0.1, 0.6, 8), np.linspace(-0.35, 0.35, 8))
     assert np.sort(table) == pytest.approx(np.sort(np.hypot(x - 0.03, y - 0.05), axis=None))
+
+
+PICK, CARRY, TABLE, DROP_HIGH, DROP = (0, 1), (2,), (3, 4), (5,), (6,)
+
+
+@pytest.mark.parametrize(
+    ("better", "gain", "of_table"),
+    [
+        (PICK, 0.05, 0.5),
+        (CARRY, 0.05 / 0.3, 0.5),
+        (TABLE, 0.05, 0.5),
+        (TABLE, 0.05 / (1.0 + 1.15 / 0.1), 0.05),  # below a tenth, basket counts less, too
+        (DROP_HIGH, 0.05 / 2.3, 0.5),
+        (DROP, 0.05 / 2.0, 0.5),
+    ],
+)
+def test_a_base_moves_by_50_mm_for_so_much_more_reach(foot, better, gain, of_table):
+    """Half of all positions are reached, and a larger share where the base is moved."""
+    for more, x in ((0.97 * gain, 0.0), (1.03 * gain, 0.05)):
+        calls = count()
+
+        def covers(radius, height, floor, more=more, calls=calls):
+            base, part = divmod(next(calls), 8)
+            share = of_table if part in TABLE else 0.5
+            return np.full(len(radius), share + more * (base == 1 and part in better))
+
+        reach = SimpleNamespace(axis=np.zeros(2), front=0.0, covers=covers)
+        assert placement.place_base(None, reach).T_rb.translation[0] == x
 
 
 @pytest.mark.parametrize(("outer", "height"), [(0.9, 0.3), (0.5, 0.2)])

@@ -1,6 +1,7 @@
 """The reach of an arm whose tool points down."""
 
 from collections import Counter
+from dataclasses import replace
 from types import SimpleNamespace
 
 import mujoco
@@ -8,9 +9,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Payload, Robot, compile_alone, panda
+from bt_manip.spatial import pose
 from bt_manip_setup import reach as module
-from bt_manip_setup.inspection import reach_map
+from bt_manip_setup.finger_travel import measured
+from bt_manip_setup.inspection import ReachMap, make_robot, reach_map
 from bt_manip_setup.reach import DownwardReach, RadialReach
 
 
@@ -18,11 +22,15 @@ def test_a_position_is_covered_where_all_four_measured_ones_around_it_are_reache
     rng = np.random.default_rng(0)
     radii, heights = np.linspace(0.2, 0.9, 8), np.linspace(-0.3, 0.8, 7)
     lowest = np.where(rng.uniform(size=(7, 8)) < 0.8, 0.5, -np.inf)
-    reach = RadialReach(np.zeros(2), 0.0, radii, heights, lowest, below_tool=0.1)
-    radius, height = rng.uniform(0.1, 1.0, 400), rng.uniform(-0.4, 0.9, 400)
     floor = -0.25
+    below = heights[1] - floor  # at the second height, the gripper touches the floor
+    reach = RadialReach(np.zeros(2), 0.0, radii, heights, lowest, below_tool=below)
+    above = (lowest > floor) & (np.arange(7) > 0)[:, np.newaxis]
+    assert reach.reached(floor).tolist() == above.tolist()
+    radius, height = rng.uniform(0.1, 1.0, 400), rng.uniform(-0.4, 0.9, 400)
+    height[:50] = heights[1] - rng.choice((9e-4, 1.1e-3), 50)  # tolerance: 1 mm
     expected = [
-        bool(height[k] - 0.1 > floor)
+        bool(height[k] - below > floor - 1e-3)
         and any(
             radii[j] <= radius[k] <= radii[j + 1]
             and heights[i] <= height[k] <= heights[i + 1]
@@ -37,7 +45,7 @@ def test_a_position_is_covered_where_all_four_measured_ones_around_it_are_reache
 
 
 def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(monkeypatch):
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     compile_alone(robot)
     model, reached, zero = robot.make_model(), [], np.zeros(7)
     force = model.static_force
@@ -46,6 +54,27 @@ def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(
     loaded = model.with_payload(Payload(found.payload))
     use = [np.abs(loaded.rnea(q, zero, zero) / model.limits.effort).max() for q in reached]
     assert len(use) == found.reached.sum() > 4 and max(use) == pytest.approx(1.0, abs=1e-3)
+    force = 2.0 * robot.gripper.default_force()  # of two fingers, with a friction of 1
+    assert 0.94 < 9.81 * found.gripped / force <= 1.0
+
+
+def test_the_fingertips_must_not_reach_the_table_before_the_tool_grips(parts):
+    """The Panda's reach 9 mm below the tool, and here the tool is 40 mm higher."""
+    moved = measured(replace(panda(), T_ft=pose((0.0, 0.0, -0.04))))
+    robot = make_robot(moved, parts)
+    found = reach_map(robot, robot.make_model())
+    assert found.below_tool == pytest.approx(0.049, abs=1e-3) and not found.reached.any()
+
+
+def test_a_reach_map_is_drawn_with_the_payload():
+    reached = np.array([[True, False, True], [True, True, True]])
+    drawn = ["  #.#", "  ###"]
+    assert ReachMap(reached, 2.345, np.inf, 0.0).lines() == [
+        "reach: 83 % of the table from above (#), in squares of 0.1 m; x to the right",
+        *drawn,
+        "payload: 2.3 kg wherever it reaches the table",
+    ]
+    assert ReachMap(reached, 2.0, 0.456, 0.0).lines()[-1].endswith("; the grip holds 0.46 kg")
 
 
 def arm_of(**parts) -> DownwardReach:
@@ -105,13 +134,14 @@ def test_a_configuration_for_a_position_is_the_first_above_0_or_the_highest_free
         _is_free=lambda q: q[0] not in collides,
     )  # fmt: skip
 
-    def solution(first, others, floor):
+    def solution(first, others, *floor):
         asked[:] = others
-        found = arm.solve(np.zeros(3), [first], floor)
+        found = arm.solve(np.zeros(3), [first], *floor)
         return None if found is None else found[0]
 
     assert solution(3, (1, 4, 2, 5), -1.0) == 5 and solution(3, (5, 3, 6), -1.0) == 3
     assert solution(3, (), -1.0) is None
+    assert solution(3, (1, 6)) == 6 and solution(3, (1, 5)) is None  # by default the floor is at 0
     assert solution(3, (1, 2), -0.15) == 2 and solution(3, (1, 2), -0.05) is None
     solved.append(True)
     assert solution(3, (2,), -1.0) == 3
@@ -126,6 +156,8 @@ def test_home_is_near_the_middle_of_the_ranges_above_the_floor_clear_and_not_sin
     low, links, close = (2.1, -1.0), (2.0, -0.99), (2.0, -1.01)
     order = [edge, wide, far, near, middle, low, links, close]
     heights = {low: 0.1}
+    # With 2 x^2 + x^8 - 0.3 log(manipulability), the costs of near, wide, far: 0.877, 0.883, 0.903.
+    volumes = {middle: 0.0, far: np.exp(0.35), wide: np.exp(4.6)}
 
     def collisions(q, within):
         return [SimpleNamespace(first="a", second="b")] if tuple(q) == close and within else []
@@ -136,7 +168,7 @@ def test_home_is_near_the_middle_of_the_ranges_above_the_floor_clear_and_not_sin
         _world=SimpleNamespace(collisions=collisions),
         _model=SimpleNamespace(
             pose=lambda q: pin.SE3(np.eye(3), np.array([0.0, 0.0, heights.get(tuple(q), 0.5)])),
-            jacobian=lambda q: np.eye(6, 2) * (0.0 if tuple(q) == middle else 1.0),
+            jacobian=lambda q: np.eye(6, 2) * np.sqrt(volumes.get(tuple(q), 1.0)),
         ),
         lowest=SimpleNamespace(
             below_tool=lambda q: 0.15, of_links=lambda q: -0.1 if tuple(q) == links else 0.3
@@ -145,7 +177,7 @@ def test_home_is_near_the_middle_of_the_ranges_above_the_floor_clear_and_not_sin
     assert arm.configuration(np.zeros(3), 0.0) == pytest.approx(near)
     assert arm.blocking() == [("a", "b")]
     order.remove(near)
-    assert arm.configuration(np.zeros(3), 0.0) == pytest.approx(far)
-    order.remove(far)
     assert arm.configuration(np.zeros(3), 0.0) == pytest.approx(wide)
+    order.remove(wide)
+    assert arm.configuration(np.zeros(3), 0.0) == pytest.approx(far)
     assert arm.configuration(np.zeros(3), -0.06) == pytest.approx(low)

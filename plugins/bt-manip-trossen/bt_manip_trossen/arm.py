@@ -118,7 +118,6 @@ class WidowXAI(ArmDevice):
         self._read_next()
 
     def _read_next(self) -> None:
-        """Wait for the state, and keep it."""
         end = time.monotonic() + SILENCE
         while (output := self.call(lambda driver: driver.get_robot_output())) is not None:
             now = 1e-6 * output.header.timestamp

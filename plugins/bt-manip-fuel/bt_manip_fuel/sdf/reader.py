@@ -99,7 +99,7 @@ class SdfReader:
         child = element.find(tag)
         if child is None or not (child.text or "").strip():
             return default
-        return float(self.numbers(child, 1, finite=False)[0])
+        return float(self.numbers(child, 1, finite=False).item())
 
     def vector(self, element: Element, tag: str, default: Iterable[float]) -> np.ndarray:
         """Return the finite numbers in a child, with the length of the default.

@@ -57,10 +57,11 @@ class Scopes:
         Raises:
             ModelError: If the name is taken or invalid.
         """
-        own = name.rpartition(SEPARATOR)[2]
+        whole = name.removesuffix(SEPARATOR + MODEL)
+        own = whole.rpartition(SEPARATOR)[2]
         if own in (WORLD, "") or "/" in own:
             raise self._reader.error(frame.element, f"'{own}' cannot be a name")
-        if name in self._frames or name + SEPARATOR + MODEL in self._frames:
+        if whole in self._frames or whole + SEPARATOR + MODEL in self._frames:
             raise self._reader.error(frame.element, f"the name '{own}' is used twice")
         if len(self._frames) >= MAX_FRAMES:
             raise self._reader.error(frame.element, f"more than {MAX_FRAMES} links and frames")

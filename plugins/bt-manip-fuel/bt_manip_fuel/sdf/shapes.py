@@ -142,7 +142,6 @@ class ShapeReader:
         return np.concatenate([r, self._lengths(shape, "length", (length,)) / 2])
 
     def _lengths(self, shape: Element, tag: str, default: tuple[float, ...]) -> np.ndarray:
-        """Return positive sizes."""
         values = self._reader.vector(shape, tag, default)
         if (values <= 0).any():
             raise self._reader.error(shape, f"<{tag}> of a <{shape.tag}> must be positive [m]")

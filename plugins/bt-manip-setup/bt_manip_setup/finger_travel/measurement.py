@@ -290,12 +290,14 @@ def _independent(
     model = bench.model
     faces, rows, qs, holding = [], [], [], []
     for finger, name, sign in zip(fingers, names.fingers, (1.0, -1.0), strict=True):
-        face = finger.inner_face(sign * closing)
-        rows.append(_monotonic(face))
-        faces.append(sign * face[rows[-1]])
-        _check_opening(faces[-1], model.joint(finger.joint).name, [name])
-        qs.append(finger.sweep.qpos[rows[-1], model.jnt_qposadr[finger.joint]])
-        holding.append(_spring_work(bench, finger.sweep, rows[-1], qs[-1]))
+        face = sign * finger.inner_face(sign * closing)
+        row = _monotonic(sign * face)
+        q = finger.sweep.qpos[row, model.jnt_qposadr[finger.joint]]
+        _check_opening(face[row], model.joint(finger.joint).name, [name])
+        faces.append(face[row])
+        rows.append(row)
+        qs.append(q)
+        holding.append(_spring_work(bench, finger.sweep, row, q))
     first, second = faces
     centre = 0.5 * float(first[0] + second[0])
     s = [first - centre, centre - second]

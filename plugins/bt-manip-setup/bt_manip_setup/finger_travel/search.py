@@ -279,7 +279,6 @@ def _overlapping(bench: FingerBench, sequences: Sequence[np.ndarray]) -> str:
 
 
 def _geom_pairs(model: mujoco.MjModel, bodies: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the pairs of collision geoms of pairs of bodies."""
     return [
         pair
         for a, b in bodies
@@ -360,7 +359,6 @@ def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray
 
 
 def _carrier(bench: FingerBench, finger: int) -> int:
-    """Return the body that carries the mechanism of a finger."""
     first = min(int(bench.model.jnt_bodyid[j]) for j in bench.chain(finger))
     return int(bench.model.body_parentid[first])
 

@@ -6,19 +6,68 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
-from bt_manip.robots import Robot, RobotDescription
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Cube
+from bt_manip.control import ComputedTorque, Hold
+from bt_manip.grasping import GripperClearance
+from bt_manip.grippers import TwoFingerGripper, solids_of, two_finger_gripper
+from bt_manip.robots import Robot, RobotDescription, compile_alone
 from bt_manip.spatial import pose
 from bt_manip_setup import describe_robot
 from bt_manip_setup.finger_travel import find_fingers, measured
+from bt_manip_setup.linkage import touching_links
+from tests.support.arms import Post
 
 from ..assembled_arms import write_linkage_arm
 from .mechanisms import ARM, MECHANISMS, model_of
-from .scenes import Scene
 
 EDGE = 0.04  # [m] of the cube
 FORCE = 10.0  # [N]
 HANGING = pose((0.0, 0.0, 1.5), (0.0, 1.0, 0.0, 0.0))
+
+
+class Scene:
+    """A robot at home, its tool pointing down and its fingers open."""
+
+    def __init__(self, robot, place=None):
+        self.robot, self.gripper = robot, robot.gripper
+        self.control = control = ComputedTorque(robot)
+        robot.attach(control)
+        self.cell = Cell()
+        self.cell.add(robot, place or pose((0.0, 0.0, 0.4)), free=False)
+        control.reference = Hold(robot.q)
+        mujoco.mj_forward(self.cell.model, self.cell.data)
+
+    def until(self, condition, seconds=3.0):
+        """Step until a condition holds; return the largest force of a finger."""
+        largest = 0.0
+        for _ in range(round(seconds / self.cell.dt)):
+            if condition():
+                return largest
+            self.cell.step()
+            largest = max(largest, *self.gripper.forces)
+        raise AssertionError(f"not within {seconds} s: {self.gripper.status}")
+
+    def grasp(self, edge):
+        """Stand a cube on a post where it is gripped from above, by a planned grasp."""
+        with self.cell.editing():
+            self.cell.add(
+                Cube(size=edge, mass=0.05, friction=0.8), pose((1.0, 1.0, 0.5 * edge)), free=True
+            )
+        clearance = GripperClearance(self.cell, self.robot, ["cube"])
+        generator = self.gripper.grasp_generator(
+            "cube", solids_of(self.cell, "cube"), clearance.geom_poses, np.zeros(3),
+            np.random.default_rng(0),
+        )  # fmt: skip
+        down = np.array([0.0, 0.0, -1.0])
+        grasps = [g for g in generator.candidates(down) if g.T_ot.rotation[:, 2] @ down > 0.999]
+        T_wo = self.robot.tool_pose * grasps[0].T_ot.inverse()
+        self.cell.remove("cube")
+        with self.cell.editing():
+            x, y, z = T_wo.translation
+            self.cell.add(Post(0.4 * edge), pose((x, y, z - 0.5 * edge)))
+            self.cell.add(Cube(size=edge, mass=0.05, friction=0.8), T_wo, free=True)
+        mujoco.mj_forward(self.cell.model, self.cell.data)
 
 
 @pytest.fixture(scope="module")
@@ -26,9 +75,9 @@ def build(tmp_path_factory):
     """Give a function that returns the robot with a gripper, described by what was found of it."""
 
     @cache
-    def described(kind, *gripper):
+    def described(kind, palm, *gripper):
         file = tmp_path_factory.mktemp(kind) / "post.xml"
-        file.write_text(model_of(kind))
+        file.write_text(model_of(kind).replace("<!--palm-->", palm))
         found = find_fingers(mujoco.MjModel.from_xml_path(str(file)), ARM)
         given = {"joints": found.joints, "fingers": found.fingers, "max_force": 20.0}
         return measured(
@@ -39,8 +88,8 @@ def build(tmp_path_factory):
             )
         )  # fmt: skip
 
-    return lambda kind, **gripper: Robot(
-        described(kind, *gripper.items()), gripper=TwoFingerGripper
+    return lambda kind, palm="", **gripper: Robot(
+        described(kind, palm, *gripper.items()), gripper=TwoFingerGripper
     )
 
 
@@ -119,6 +168,17 @@ def test_springs_do_not_change_the_opening(kind, scene):
     scene.until(lambda: not gripper.moving)
     scene.cell.step(200)
     assert gripper.width == pytest.approx(0.07, abs=2e-4)
+
+
+@pytest.mark.parametrize(("gap", "pairs"), [(9e-4, [("left", "lever")]), (1.1e-3, [])])
+@pytest.mark.parametrize(("face", "side"), [(0.052, 1), (0.006, -1)])  # outer, open; inner, closed
+def test_links_touch_within_1_mm_at_any_opening(build, face, side, gap, pairs):
+    """A lever is beside the left finger."""
+    y = face + side * (gap + 0.002)
+    shape = f'<geom type="box" size="0.004 0.002 0.02" pos="0 {y} 0.07"/>'
+    robot = build("slides", f'<body name="lever"><joint name="lever" axis="0 0 1"/>{shape}</body>')
+    compile_alone(robot)
+    assert touching_links(robot) == pairs
 
 
 def test_a_smaller_opening_may_be_described(build):

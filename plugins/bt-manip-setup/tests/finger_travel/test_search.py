@@ -10,12 +10,10 @@ import pytest
 from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 
-from bt_manip.robots import Robot, RobotError, panda
+from bt_manip.robots import RobotError
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
 
 from .mechanisms import ARM, MECHANISMS, model_of
-
-PANDA = tuple(f"joint{i}" for i in range(1, 8))
 
 
 def check_widths(kind, found):
@@ -105,15 +103,6 @@ def test_the_effort_against_springs_is_that_of_each_motor():
         travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
         for q in (0.02, 0.035):
             assert polyval(q, travel.holding[0]) == pytest.approx(scale * 50 * (q + 0.01), rel=0.03)
-
-
-def test_the_hand_of_the_panda_is_found():
-    found = find_fingers(Robot(panda()).alone, PANDA)
-    assert set(found.fingers) == {"left_finger", "right_finger"} and found.body == "hand"
-    assert found.joints == ("finger_joint1", "finger_joint2") and found.motor is None
-    assert found.T_bt.translation == pytest.approx((0.0, 0.0, 0.1034), abs=1e-3)
-    assert np.allclose(found.T_bt.rotation, np.eye(3))
-    assert (found.travel.min_width, found.travel.open_width) == (0.0, 0.08)
 
 
 @pytest.mark.parametrize(
@@ -247,19 +236,34 @@ def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
     assert masses.min() < travel.mass < 5.0 * masses.min()
 
 
-@pytest.mark.parametrize("turn, snapped", [(0.3, True), (0.5, False), (-0.5, False)])
-def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_the_tool(
-    turn, snapped
-):
-    place = f'pos="0.013 -0.02 0.04" euler="0 0 {turn}"'
+@pytest.mark.parametrize("tilt, turn", [(0.0, 0.3), (0.0, 0.5), (0.0, -0.5), (0.25, 0.5)])
+def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_the_tool(tilt, turn):
+    """Its z axis is the palm's, or perpendicular to the closing direction beside that."""
+    place = f'pos="0.013 -0.02 0.04" euler="{tilt} 0 {turn}"'
     xml = model_of("slides").replace('pos="0 0.0 0.03"', place)
     found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
-    R = np.eye(3) if snapped else pin.rpy.rpyToMatrix(0.0, 0.0, turn)
+    R_bf = pin.utils.rotate("x", tilt) @ pin.utils.rotate("z", turn)
+    x, y, z = np.eye(3)
+    if abs(turn) > 0.35:
+        y = R_bf[:, 1]
+        x = np.cross(y, z) / np.linalg.norm(np.cross(y, z))
+    R = np.column_stack([x, y, np.cross(x, y)])
     assert found.T_bt.rotation == pytest.approx(R, abs=1e-6)
-    assert found.T_bt.translation == pytest.approx((0.013, -0.02, 0.12), abs=1e-3)
+    assert found.T_bt.translation == pytest.approx(
+        R_bf[:, 2] * 0.08 + (0.013, -0.02, 0.04), abs=2e-3
+    )
     assert found.travel.open_width == pytest.approx(0.08)
-    closing = R.T @ [-np.sin(turn), np.cos(turn), 0.0]
-    assert found.travel.closing == pytest.approx(closing, abs=1e-6)
+    assert found.travel.closing == pytest.approx(R.T @ R_bf[:, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize(("begin", "offset"), [(0.01, -0.01), (4e-4, -4e-4), (2e-4, 0.0)])
+def test_slides_keep_the_offset_of_their_positions_from_0_3_mm_on(begin, offset):
+    xml = model_of("slides").replace('range="0.0 0.04"', f'range="{begin} {0.04 + begin}"')
+    xml = xml.replace('pos="0 0.0 0.03"', f'pos="0 {-begin} 0.03"', 1)
+    xml = xml.replace('pos="0 0.0 0.03"', f'pos="0 {begin} 0.03"')
+    travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
+    assert travel.polynomials == pytest.approx(np.array([[offset, 1.0]] * 2), abs=1e-6)
+    assert travel.open_width == pytest.approx(0.08, abs=5e-4)
 
 
 def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
@@ -268,9 +272,10 @@ def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
     assert found.T_bt.translation[2] == pytest.approx(0.14 - 0.015, abs=1.1e-3)
 
 
-def test_joints_that_move_no_surface_to_another_one_are_left_aside():
-    """There are three with a range: fingers, and a lever whose end moves by some millimetres."""
-    lever = '<joint name="lever" axis="1 2 3" range="-1 1"/><geom size="0.01" pos="0 0 0.01"/>'
+@pytest.mark.parametrize("limits", ['range="-1 1"', ""])
+def test_joints_that_move_no_surface_to_another_one_or_have_no_range_are_left_aside(limits):
+    """Beside the fingers is a lever whose end moves by some millimetres."""
+    lever = f'<joint name="lever" axis="1 2 3" {limits}/><geom size="0.01" pos="0 0 0.01"/>'
     xml = model_of("offset_slides").replace("<!--palm-->", f'<body pos="0.1 0 0">{lever}</body>')
     found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
     assert found.joints == ("left_joint", "right_joint")
