@@ -81,30 +81,6 @@ def cell():
     return cell
 
 
-def named_state(cell):
-    """Give the bits of every named part of the state."""
-    m, d = cell.model, cell.data
-    widths, dofs = (7, 4, 1, 1), (6, 3, 1, 1)
-    state = {"time": d.time}
-    for j in range(m.njnt):
-        joint, kind = m.joint(j), int(m.jnt_type[j])
-        q, v = m.jnt_qposadr[j], m.jnt_dofadr[j]
-        state["q", joint.name] = d.qpos[q : q + widths[kind]].tobytes()
-        for field in ("qvel", "qacc_warmstart", "qfrc_applied"):
-            state[field, joint.name] = getattr(d, field)[v : v + dofs[kind]].tobytes()
-    for b in range(m.nbody):
-        state["x", m.body(b).name] = d.xfrc_applied[b].tobytes()
-        if m.body_mocapid[b] >= 0:
-            i = m.body_mocapid[b]
-            state["mocap", m.body(b).name] = (d.mocap_pos[i].tobytes(), d.mocap_quat[i].tobytes())
-    for a in range(m.nu):
-        state["act", m.actuator(a).name] = d.act[m.actuator_actadr[a]]
-        state["ctrl", m.actuator(a).name] = d.ctrl[a]
-    for e in range(m.neq):
-        state["eq", m.equality(e).name] = bool(d.eq_active[e])
-    return state
-
-
 def disturb(cell):
     """Give every part of the state a value of its own."""
     rng = np.random.default_rng(3)
@@ -117,30 +93,16 @@ def disturb(cell):
     d.eq_active[:] = 1
 
 
-def test_what_stays_keeps_its_exact_state_when_something_comes_and_goes(cell):
-    disturb(cell)
-    before = named_state(cell)
-    cell.add(Cube(), pose((2, 0, 1)))
-    cell.add(Pendulum(), pose((3, 0, 0)))
-    added = named_state(cell)
-    assert before.items() <= added.items()
-    assert len(added) > len(before)
-    cell.remove("cube")
-    cell.remove("pendulum_1")
-    gone = ("cube/", "pendulum_1/")
-    kept = {k: v for k, v in added.items() if k == "time" or not k[1].startswith(gone)}
-    assert kept == named_state(cell)
-    assert {k: v for k, v in before.items() if k in kept}.items() <= kept.items()
-
-
-def test_adding_and_removing_a_distant_thing_changes_no_bit_of_the_future(cell):
+def test_adding_and_removing_distant_things_changes_no_bit_of_the_future(cell):
     disturb(cell)
     state = cell.snapshot()
     cell.step(100)
     future = cell.state_bytes()
     cell.restore(state)
-    name = cell.add(Cube(), pose((5, 5, 3)))
-    cell.remove(name)
+    names = [cell.add(Cube(), pose((5, 5, 3))), cell.add(Pendulum(), pose((3, 0, 0)))]
+    assert len(cell.data.qpos) == 2 * (7 + 1 + 4)
+    for name in names:
+        cell.remove(name)
     cell.step(100)
     assert cell.state_bytes() == future
 
@@ -201,15 +163,18 @@ def test_an_unknown_name_offers_the_nearest_and_an_entity_stands_in_one_place_on
 
 def test_pose_and_velocity_of_a_free_entity_are_in_the_world():
     cell = Cell()
-    cell.add(Cube(), pose((0, 0, 5), (0.5, 0.5, 0.5, 0.5)))
-    cell.data.qvel[:] = (1, 2, 3, 4, 0, 0)  # turns about its own x axis, the world's y
-    np.testing.assert_allclose(cell.velocity("cube"), (1, 2, 3, 0, 4, 0), atol=1e-12)
-    before = cell.pose("cube")
+    with cell.editing():
+        for x in range(3):
+            cell.add(Cube(), pose((x, 0, 5), (0.5, 0.5, 0.5, 0.5)))
+    cell.data.qvel[6:12] = (1, 2, 3, 4, 0, 0)  # turns about its own x axis, the world's y
+    np.testing.assert_allclose(cell.velocity("cube_1"), (1, 2, 3, 0, 4, 0), atol=1e-12)
+    before = cell.pose("cube_1")
+    np.testing.assert_allclose(before.translation, (1, 0, 5))
     cell.step()
-    moved = cell.pose("cube").translation - before.translation
+    moved = cell.pose("cube_1").translation - before.translation
     np.testing.assert_allclose(moved, (1e-3, 2e-3, (3 - 9.81e-3) * 1e-3), atol=1e-12)
     np.testing.assert_allclose(
-        cell.pose("cube").rotation @ before.rotation.T,
+        cell.pose("cube_1").rotation @ before.rotation.T,
         [[np.cos(4e-3), 0, np.sin(4e-3)], [0, 1, 0], [-np.sin(4e-3), 0, np.cos(4e-3)]],
         atol=1e-12,
     )

@@ -12,18 +12,6 @@ HALF = 0.025
 ON_TABLE = Region(x=(0.2, 0.4), y=(-0.3, 0.3), z=(SURFACE + HALF, SURFACE + HALF))
 
 
-class Ghost(composer.Entity):
-    """A thing that nothing touches."""
-
-    def _build(self):
-        self.root = mjcf.RootElement(model="ghost")
-        self.root.worldbody.add("geom", size=(1.0,), mass=1, contype=0, conaffinity=0)
-
-    @property
-    def mjcf_model(self):
-        return self.root
-
-
 @pytest.fixture
 def cell():
     return with_table()
@@ -54,7 +42,9 @@ def test_a_pose_inside_another_object_is_refused_and_nothing_changes(cell, free)
 
 def test_an_overlap_can_be_asked_for_and_what_nothing_touches_may_stand_anywhere(cell):
     cell.add(Cube(), pose((0, 0, SURFACE + HALF - 0.01)), overlap=np.inf)
-    cell.add(Ghost(), pose((0.5, 0, SURFACE)))
+    ghost = mjcf.RootElement(model="ghost")
+    ghost.worldbody.add("geom", size=(1.0,), mass=1, contype=0, conaffinity=0)
+    cell.add(composer.ModelWrapperEntity(ghost), pose((0.5, 0, SURFACE)))
     cell.add(Cube(), pose((0.5, 0, SURFACE + HALF)))
 
 
