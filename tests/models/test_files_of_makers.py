@@ -129,18 +129,6 @@ def test_convex_groups_of_an_obj_have_a_hull_each(tmp_path):
     assert thing.mass == pytest.approx(1000 * volume)
 
 
-@pytest.mark.parametrize(("inertia", "used", "words"), [
-    (1.0, 0.1 / 12 * 2 * 0.032**2, "is impossible for 0.1 kg within 0.0254 m"),
-    (5e-5, 0.1 / 12 * 2 * 0.032**2, "is impossible"),  # below m r^2, but of 16 mm along each axis
-    (1e-8, 1e-8, "below a hundredth of its geometry's, 1.71e-05"),
-    (1e-5, 1e-5, ""),
-])  # fmt: skip
-def test_an_impossible_inertia_is_replaced_by_that_of_a_uniform_box(tmp_path, inertia, used, words):
-    thing = ModelObject(write_urdf(tmp_path / "brick.urdf", inertia))
-    assert compiled(thing.mjcf_model).body_inertia[1].max() == pytest.approx(used)
-    assert words in "".join(thing.warnings) and bool(thing.warnings) == bool(words)
-
-
 PENDULUM = {
     "urdf": """<robot name="r"><link name="base"/><joint name="j" type="revolute">
 <parent link="base"/><child link="b"/><axis xyz="0 1 0"/>
@@ -178,26 +166,6 @@ def test_an_inertia_that_no_body_has_is_replaced_by_that_of_a_uniform_box(
     assert body.mass == pytest.approx(0.6)
     (warning,) = warnings
     assert "is impossible for 0.6 kg" in warning and "that of its geometry is used" in warning
-
-
-def test_masses_that_the_file_does_not_give_and_that_count_are_listed(tmp_path):
-    size, joint = 'type="box" size=".05 .05 .05"', '<joint axis="0 1 0"/>'
-    shapes = {
-        "weighed": f'<geom {size} mass=".3"/>', "dense": f'<geom {size} density="500"/>',
-        "inertial": f'<inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/><geom {size}/>',
-        "light": '<geom type="box" size=".01 .01 .01"/>', "bare": f'<geom {size}/>',
-    }  # fmt: skip
-    moving = "".join(f'<body name="{n}">{joint}{shape}</body>' for n, shape in shapes.items())
-    thing = ModelObject(write_model(tmp_path / "m.xml", f"<geom {size}/>{moving}"))
-    (warning,) = (text for text in thing.warnings if "no mass" in text)
-    assert "(water): 'bare' 1 kg; mass" in warning  # the base is fixed
-
-
-def test_an_inertia_of_a_body_without_geometry_is_kept(tmp_path):
-    moving = '<body><joint axis="0 1 0"/><geom type="box" size=".02 .03 .025"/></body>'
-    bare = '<inertial pos="0 0 0" mass="0.1" diaginertia="1 1 1"/>' + moving
-    thing = ModelObject(write_model(tmp_path / "m.xml", bare))
-    assert compiled(thing.mjcf_model).body_inertia[-2] == pytest.approx([1, 1, 1])
 
 
 @pytest.mark.parametrize("form", ["urdf", "xml"])
