@@ -5,6 +5,7 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import Basket, Cell, CellError, Cube, OverlapError, Region, Table
+from bt_manip.cell.objects import Wall
 from bt_manip.spatial import pose
 
 SURFACE = 1.015
@@ -104,6 +105,49 @@ def test_what_is_dropped_comes_to_rest_on_what_is_there(cell):
     assert cell.contacts.partners(name) == ["block"]
     assert cell.pose(name).translation[2] == pytest.approx(SURFACE + 0.1 + HALF, abs=1e-3)
     assert np.linalg.norm(cell.velocity(name)) < 1e-2
+
+
+def test_what_is_fixed_is_placed_turned_where_it_fits_so(cell):
+    def place(yaw):
+        region = Region((0.3, 0.3), (0.0, 0.0), (SURFACE, SURFACE), yaw=(yaw, yaw))
+        with cell.editing():
+            return cell.place(Wall(), region, np.random.default_rng(0), attempts=1)
+
+    for y in (-0.1, 0.1):  # the wall is 0.04 x 0.4 m
+        cell.add(Cube(), pose((0.3, y, SURFACE + HALF)), free=False)
+    with pytest.raises(CellError, match="'wall' cannot be placed"):
+        place(0.1)
+    assert cell.pose(place(np.pi / 2)).isApprox(
+        pose((0.3, 0.0, SURFACE), (0.5**0.5, 0.0, 0.0, 0.5**0.5))
+    )
+
+
+@pytest.mark.parametrize(("depth", "free"), [(0.08e-3, True), (0.12e-3, False)])
+def test_a_place_is_free_with_up_to_a_tenth_of_a_millimetre_of_overlap(depth, free):
+    cell, height = Cell(), HALF - depth
+    region = Region((0.1, 0.1), (0.2, 0.2), (height, height))
+    if free:
+        assert cell.place(Cube(), region, np.random.default_rng(0)) == "cube"
+    else:
+        with pytest.raises(CellError, match="in 3 attempts; .* 0.1 mm inside 'world'"):
+            cell.place(Cube(), region, np.random.default_rng(0), attempts=3)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "height", "rests"),
+    [(0.095, 0.5, 0.5), (0.105, 0.5, None), (1.0, 1.5, HALF), (1.0, 2.1, None)],
+)
+def test_what_is_slower_than_5_mm_s_for_50_ms_of_2_s_is_at_rest(gravity, height, rests):
+    """After 50 ms in a gravity of 0.1 m/s^2 it falls at 5 mm/s, after 2 s in one of 1 m/s^2 2 m."""
+    cell = Cell()
+    cell.arena.mjcf_model.option.gravity = (0.0, 0.0, -gravity)
+    region = Region((0.1, 0.1), (0.2, 0.2), (height, height))
+    if rests is None:
+        with pytest.raises(CellError, match="it does not come to rest"):
+            cell.place(Cube(), region, np.random.default_rng(0), attempts=1, drop=True)
+    else:
+        name = cell.place(Cube(), region, np.random.default_rng(0), attempts=1, drop=True)
+        assert cell.pose(name).translation == pytest.approx([0.1, 0.2, rests], abs=1e-3)
 
 
 def test_what_rolls_out_of_the_region_is_not_placed(cell):
