@@ -134,6 +134,10 @@ def test_a_polygon_or_a_number_of_groups_of_absurd_size_is_refused_or_not_looked
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf" + " 1 2 3" * 20_000)
     with pytest.raises(ModelError, match="a line of more than 65536 characters"):
         read_mesh(path)
+    box = trimesh.creation.box()
+    many = trimesh.Trimesh(box.vertices, np.tile(box.faces, (150, 1)), process=False)
+    many.export(tmp_path / "many.stl")  # 90 kB without an end of a line
+    assert len(read_mesh(tmp_path / "many.stl").faces) == 1800
     start = time.monotonic()
     path.write_text(WEDGE + f"o one\n{OUTWARDS}" * 1001)
     assert read_mesh(path).convex_parts == ()

@@ -102,10 +102,10 @@ def test_a_table_has_the_given_top_and_height(read, parts):
     upper = model.geom("table/top").pos + model.geom("table/top").size
     np.testing.assert_allclose(upper, (0.5, 0.6, 0.7))
     np.testing.assert_allclose(lower, (-0.5, -0.6, 0.67))
+    usual = build_station(parts).cell.model  # its table is 1.5 x 0.8 m, 1.015 m high
     for i in range(4):
-        leg = model.geom(f"table/leg{i}")
-        radius, half = leg.size[:2]
-        assert (abs(leg.pos[:2]) + radius <= (0.5, 0.6)).all()
-        assert leg.pos[2] - half - radius == pytest.approx(0.0)
-        assert leg.pos[2] + half + radius <= lower[2] + 1e-9 + 0.03
+        leg, before = (m.geom(f"table/leg{i}") for m in (model, usual))
+        moved = np.sign(before.pos[:2]) * (-0.25, 0.2)
+        np.testing.assert_allclose(leg.pos, before.pos + (*moved, -0.315 / 2))
+        np.testing.assert_allclose(leg.size, before.size - (0.0, 0.315 / 2, 0.0))
     assert cell.pose("part_1").translation[2] == pytest.approx(0.7 + 0.025, abs=2e-3)

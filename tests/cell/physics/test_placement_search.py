@@ -135,7 +135,7 @@ def test_a_place_is_free_with_up_to_a_tenth_of_a_millimetre_of_overlap(depth, fr
 
 @pytest.mark.parametrize(
     ("gravity", "height", "rests"),
-    [(0.095, 0.5, 0.5), (0.105, 0.5, None), (1.0, 1.5, HALF), (1.0, 2.1, None)],
+    [(0.095, 0.5, 0.5), (0.105, 0.5, None), (1.0, 0.9, HALF), (1.0, 2.1, None)],
 )
 def test_what_is_slower_than_5_mm_s_for_50_ms_of_2_s_is_at_rest(gravity, height, rests):
     """After 50 ms in a gravity of 0.1 m/s^2 it falls at 5 mm/s, after 2 s in one of 1 m/s^2 2 m."""
@@ -157,29 +157,3 @@ def test_what_rolls_out_of_the_region_is_not_placed(cell):
         cell.place(Cube(), rim, np.random.default_rng(0), attempts=5, drop=True)
     with pytest.raises(CellError, match="only entities that move freely can be dropped"):
         cell.place(Table(), rim, np.random.default_rng(0), drop=True)
-
-
-@pytest.mark.parametrize(
-    ("bounds", "message"),
-    [
-        ({"x": (0.4, 0.2)}, "x goes from low to high, got .0.4, 0.2."),
-        ({"yaw": (0.0, float("nan"))}, "yaw goes from low to high"),
-        ({"z": (1.0,)}, "z goes from low to high"),
-    ],
-)
-def test_a_region_that_is_none_is_refused(bounds, message):
-    with pytest.raises(CellError, match=message):
-        Region(**{"x": (0, 1), "y": (0, 1), "z": (0, 1), **bounds})
-
-
-@pytest.mark.parametrize("squares", [(), ((0.3, 0.1), (0.2, -0.2))])
-def test_the_middle_of_an_object_is_sampled_over_the_region_at_any_yaw(squares):
-    region = Region((0.2, 0.4), (-0.1, 0.1), (0.0, 0.0), yaw=(-3.0, 3.0), middle=(0.2, -0.1),
-                    squares=squares, side=0.1)  # fmt: skip
-    rng, middles = np.random.default_rng(0), []
-    for _ in range(50):
-        T_wo = region.sample(rng)
-        middles.append(T_wo.act(np.array([0.2, -0.1, 0.0]))[:2])
-        assert region.covers(T_wo, slack=1e-9)
-    lengths = (0.2, 0.4) if squares else (0.2, 0.2)
-    assert np.ptp(middles, axis=0) == pytest.approx(lengths, abs=0.02)
