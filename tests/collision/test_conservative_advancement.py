@@ -72,24 +72,14 @@ def test_inflated_bodies_are_inflated_for_conservative_advancement_too(rng):
     assert free[1] < free[0]
 
 
-class Wall(composer.Entity):
-    """An infinite plane."""
-
-    def _build(self) -> None:
-        self._root = mjcf.RootElement(model="wall")
-        self._root.worldbody.add("geom", type="plane", size=(1.0, 1.0, 0.1))
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        return self._root
-
-
 def test_planes_are_infinite_for_conservative_advancement_too(rng):
     cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, free=False)
     facing = spatial.pose((0.5, 0.0, -8.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0))  # towards -x
+    wall = mjcf.RootElement(model="wall")
+    wall.worldbody.add("geom", type="plane", size=(1.0, 1.0, 0.1))
     with cell.editing():
-        cell.add(Wall(), facing, free=False)
+        cell.add(composer.ModelWrapperEntity(wall), facing, free=False)
     mujoco.mj_forward(cell.model, cell.data)
     world = CollisionWorld(robot, robot.make_model())
     clearance = np.where(world.checked_pairs, 0.0, -np.inf)

@@ -199,12 +199,13 @@ def test_planners_and_controllers_know_nothing_of_what_was_drawn(parts):
     cell.add(station.models.create("cube", mass=0.1), pose((0.3, 0.0, 1.04)))
     before = payload_of(cell, "cube", station.robot.tool_pose)
     lines = {"cube": {"mass": 0.4}}
-    robots = {"panda": {"gain": distributions.Uniform(0.9, 1.1)}}
+    robots = {"panda": {"gain": 0.9}}
     Randomizer(
         Randomization(objects=lines, robots=robots), cell, station.models,
         seed=0, scene_objects={}, robots=("panda",),
     ).begin(0)  # fmt: skip
     assert cell.model.body_subtreemass[cell.body_id("cube")] == pytest.approx(0.4)
+    assert cell.overrides["panda"]["gain"] == [0.9] * 9
     known = payload_of(cell, "cube", station.robot.tool_pose)
     assert known.mass == before.mass == pytest.approx(0.1)
     np.testing.assert_array_equal(known.inertia, before.inertia)
