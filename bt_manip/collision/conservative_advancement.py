@@ -231,7 +231,8 @@ class ConservativeAdvancement:
             centre = positions[rows, index[columns]]
             centre = centre + (rotation @ box[:, :3, np.newaxis])[..., 0]
             sides.append(Boxes(centre, rotation, box[:, 3:]))
-        distance = box_distance(*sides, needed)
+        first, second = sides
+        distance = box_distance(first, second, needed)
         distance[self._with_plane[columns]] = -np.inf
         return distance
 
