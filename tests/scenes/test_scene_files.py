@@ -128,23 +128,6 @@ def test_models_and_robots_are_found_beside_the_file(write, parts, tmp_path):
         read_scene(write(wrong), parts)
 
 
-def test_randomization_is_written_as_variations(write, parts):
-    text = (
-        TABLE
-        + """
-        [randomization.objects.cube]
-        mass = { uniform = [0.1, 0.2] }
-        [randomization.lights.key]
-        brightness = 0.5
-        """
-    )
-    station = build_station(parts, scene=read_scene(write(text), parts))
-    station.randomizer.begin(0)
-    assert station.randomizer.sampled == {"lights": {"key": {"brightness": 0.5}}}
-    name = station.cell.add(station.models.create("cube"), pose((0.3, 0.0, 2.0)))
-    assert 0.1 <= station.cell.overrides[name]["mass"] <= 0.2
-
-
 @pytest.mark.parametrize(
     "path", sorted(bundled_root("scenes").glob("*.toml")), ids=lambda p: p.stem
 )

@@ -1,7 +1,6 @@
 """Each value follows from seed, cycle and name, and from nothing else."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -15,7 +14,6 @@ from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import InitialObject, Randomization, Randomizer, parse_variation
 from bt_manip.cell.randomization.variations import extremes, sample, stream
-from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {
@@ -64,23 +62,14 @@ def test_the_same_seed_and_cycle_give_the_same_bits_in_any_order(parts):
     lines = {"objects": {"cube": MASS, "can": {"friction": distributions.Normal(1.0, 0.1)}}}
     one, other = Varied(parts, 7, **lines), Varied(parts, 7, **lines)
     first = [one.begin(cycle) for cycle in range(4)]
+    np.random.seed(2)  # the global random numbers are neither used nor changed
+    before = np.random.get_state()[1].tobytes()
     assert [other.begin(cycle) for cycle in (3, 1, 0, 2)] == [first[i] for i in (3, 1, 0, 2)]
     masses = {drawn["objects"]["cube"]["mass"] for drawn in first}
     assert len(masses) == 4
     assert all(0.05 <= mass <= 0.3 for mass in masses)
+    assert np.random.get_state()[1].tobytes() == before
     assert Varied(parts, 8, **lines).begin(0) != first[0]
-
-
-def test_nothing_is_drawn_from_the_global_randomness(unvaried):
-    def drawn(seed: int) -> dict:
-        np.random.seed(seed)
-        before = np.random.get_state()[1].tobytes()
-        randomizer = unvaried.randomize(objects={"cube": MASS})
-        randomizer.begin(0)
-        assert np.random.get_state()[1].tobytes() == before
-        return randomizer.sampled
-
-    assert drawn(1) == drawn(2)
 
 
 def test_a_line_more_leaves_all_other_draws_as_they_were(parts):
@@ -360,13 +349,6 @@ def test_what_could_be_drawn_is_checked_before_the_first_cycle(
     for given in (unvaried, without_cube):  # it may be added later
         with pytest.raises(CellError, match=message):
             given.randomize(objects=lines)
-
-
-def test_no_station_is_built_where_something_impossible_could_be_drawn(parts):
-    lines = {"cube": {"mass": parse_variation({"uniform": [-1, 1]})}}
-    scene = replace(table_and_basket(), randomization=Randomization(objects=lines))
-    with pytest.raises(CellError, match="mass .* number above 0"):
-        build_station(parts, scene=scene)
 
 
 def test_distributions_that_cannot_go_wrong_are_accepted(unvaried, without_cube):
