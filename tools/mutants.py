@@ -294,6 +294,12 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "threshold=THRESHOLD, seed=1": "any start of a random search does, as long as it is fixed",
+    "gaps_first.max(axis=(1))": "the array has two axes",
+    "gaps_second.max(axis=(1))": "the array has two axes",
+    "atol=9.99": "six digits differ by less than the other tolerance",
+    "_SUSPECT = 6.0": "a quick test before the exact one",
+    "_SUSPECT = 1.5": "a quick test before the exact one: no body has as much inertia",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
