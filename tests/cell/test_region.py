@@ -36,7 +36,7 @@ def test_the_middle_of_an_object_is_sampled_over_the_region_at_any_yaw(squares):
         for offset, inside in ((0.9e-3, True), (1.1e-3, False)):  # a millimetre beside counts
             middle = np.array([0.3, 0.1, 7.0]) if squares else np.array([0.3, 0.0, 7.0])
             middle[axis] = bound[axis] + sign * offset
-            turn = pose((0.0, 0.0, 0.0), (0.8, 0.0, 0.0, 0.6))
+            turn = pose((0.0, 0.0, 0.0), (0.8, 0.3, -0.2, 0.5))
             assert region.covers(pose(middle) * turn * pose((-0.2, 0.1, 0.0))) is inside
 
 

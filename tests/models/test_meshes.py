@@ -69,6 +69,11 @@ def test_collada_is_read_in_metres_with_x_to_the_right_and_z_up(tmp_path, axis, 
     expected = 0.0254 * np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0), (0, 0, 0)])
     vertices = read_mesh(tmp_path / "a.dae").vertices
     assert np.unique(vertices.round(9), axis=0) == pytest.approx(np.unique(expected, axis=0))
+    (tmp_path / "a.dae").write_text(text.replace("0.0254", "1-2"))
+    assert read_mesh(tmp_path / "a.dae").vertices == pytest.approx(vertices / 0.0254)
+    (tmp_path / "a.dae").write_text(text.replace("0.0254", "nan"))
+    with pytest.raises(ModelError, match="with non-finite points"):
+        read_mesh(tmp_path / "a.dae")
 
 
 def test_a_mesh_is_written_as_it_is_read_and_mirrored_with_its_faces(tmp_path, rng):

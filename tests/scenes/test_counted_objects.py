@@ -1,4 +1,4 @@
-"""Objects of a scene that are alike, and the sizes of a table."""
+"""Objects of a scene that are alike."""
 
 import mujoco
 import numpy as np
@@ -92,20 +92,3 @@ def test_what_cannot_be_counted_is_named_with_its_line(read, text, message):
     with pytest.raises(SceneError) as raised:
         read(text)
     assert message in str(raised.value) and len(raised.value.problems) == 1
-
-
-def test_a_table_has_the_given_top_and_height(read, parts):
-    text = PARTS.replace('"table"\n', '"table"\nsize = [1.0, 1.2]\nheight = 0.7\n', 1)
-    cell = build_station(parts, scene=read(text)).cell
-    model = cell.model
-    lower = model.geom("table/top").pos - model.geom("table/top").size
-    upper = model.geom("table/top").pos + model.geom("table/top").size
-    np.testing.assert_allclose(upper, (0.5, 0.6, 0.7))
-    np.testing.assert_allclose(lower, (-0.5, -0.6, 0.67))
-    usual = build_station(parts).cell.model  # its table is 1.5 x 0.8 m, 1.015 m high
-    for i in range(4):
-        leg, before = (m.geom(f"table/leg{i}") for m in (model, usual))
-        moved = np.sign(before.pos[:2]) * (-0.25, 0.2)
-        np.testing.assert_allclose(leg.pos, before.pos + (*moved, -0.315 / 2))
-        np.testing.assert_allclose(leg.size, before.size - (0.0, 0.315 / 2, 0.0))
-    assert cell.pose("part_1").translation[2] == pytest.approx(0.7 + 0.025, abs=2e-3)

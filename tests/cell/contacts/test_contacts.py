@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from dm_control import composer, mjcf
 
 from bt_manip.cell import Cell, CellError, Cube
 from bt_manip.spatial import pose
@@ -91,6 +92,18 @@ def test_force_and_torque_on_a_spinning_cube_are_those_of_mujoco(condim):
     assert cell.contacts.wrench("box", point=point).torque == pytest.approx(
         moved, rel=1e-6, abs=1e-9
     )
+
+
+def test_the_torque_of_an_entity_is_about_the_origin_of_its_root():
+    root = mjcf.RootElement(model="lever")
+    body = root.worldbody.add("body", pos=(0.3, 0, 0))
+    body.add("geom", type="box", size=(0.05, 0.05, 0.05), mass=1.0)
+    cell = Cell()
+    cell.add(composer.ModelWrapperEntity(root), pose((0.2, 0.1, 0.05)), name="lever", free=True)
+    cell.step(100)
+    wrench = cell.contacts.wrench("lever")
+    assert wrench.force == pytest.approx([0.0, 0.0, G], rel=1e-3, abs=1e-3)
+    assert wrench.torque == pytest.approx([0.0, -0.3 * G, 0.0], rel=1e-2, abs=1e-2)
 
 
 @pytest.fixture

@@ -187,6 +187,25 @@ def test_saved_scenes_may_rely_on_the_defaults_of_objects(name):
     assert (*(v for key, v in parameters.items() if key != "colour"),) == DEFAULTS[name]
 
 
+def test_a_table_has_the_given_top_and_height_and_legs_as_far_inside_as_usual():
+    usual, table = objects.Table(), objects.Table(size=(1.0, 1.2), height=0.7)
+    assert usual.surface_height == 1.015 and table.surface_height == pytest.approx(0.7)
+    (before, _, _), (model, _, _) = standing(usual), standing(table)
+    top = model.geom("table/top")
+    assert (*(top.pos - top.size), *(top.pos + top.size)) == pytest.approx(
+        (-0.5, -0.6, 0.67, 0.5, 0.6, 0.7)
+    )
+    for i in range(4):
+        leg, old = (m.geom(f"table/leg{i}") for m in (model, before))  # of a top of 1.5 x 0.8 m
+        moved = [*(np.sign(old.pos[:2]) * (-0.25, 0.2)), -0.315 / 2]
+        assert leg.pos == pytest.approx(old.pos + moved)
+        assert leg.size == pytest.approx(old.size - (0.0, 0.315 / 2, 0.0))
+    for wrong in ({"size": (1.0,)}, {"size": (0.1, 1.0)}, {"height": 0.09}):
+        with pytest.raises(CellError, match="size|height"):
+            objects.Table(**wrong)
+    objects.Table(size=(0.2, 0.2), height=0.1)
+
+
 def test_a_bottle_tapers_in_even_steps_from_its_belly_to_its_neck():
     bottle = standing(objects.Bottle(radius=0.03, height=0.2))
     widths = [
@@ -252,17 +271,40 @@ def test_a_container_is_hollow_between_walls_of_its_thickness(kind):
             assert 1.0 - depth == pytest.approx(wall if inside else z)
 
 
+@pytest.mark.parametrize("kind", [objects.Bin, objects.Tray])
+def test_a_container_has_the_inertia_of_a_box_without_its_inside(kind):
+    size, wall, mass = np.array([0.3, 0.2, 0.05]), 0.01, 0.7
+    model, _, _ = standing(kind(size=tuple(size), wall=wall, mass=mass), free=True)
+    inside = size - [2 * wall, 2 * wall, wall]
+    density = mass / (size.prod() - inside.prod())
+    parts = [(density * size.prod(), size, size[2] / 2)]
+    parts += [(-density * inside.prod(), inside, wall + inside[2] / 2)]
+    height = sum(m * z for m, _, z in parts) / mass
+    expected = sum(
+        m * ((np.sum(lengths**2) - lengths**2) / 12 + np.array([1, 1, 0]) * (z - height) ** 2)
+        for m, lengths, z in parts
+    )
+    body = model.body(f"{kind.kind}/{kind.kind}")
+    assert body.ipos == pytest.approx([0.0, 0.0, height], abs=1e-12)
+    assert np.sort(body.inertia) == pytest.approx(np.sort(expected))
+
+
 def test_the_damping_of_a_servo_becomes_that_of_its_joint(tmp_path):
     (tmp_path / "lid.xml").write_text("""
         <mujoco><option integrator="implicitfast"/>
         <worldbody><body name="base"><geom size="0.1"/>
+          <body><joint name="motor" damping="0.3"/><geom size="0.05"/></body>
           <body pos="0 0 0.2"><joint name="hinge" damping="0.2"/><geom size="0.05"/></body>
-        </body></worldbody>
-        <actuator><position joint="hinge" kp="9" kv="0.7" gear="2"/></actuator></mujoco>""")
+          <body><joint name="slide" type="slide" damping="0.1"/><geom size="0.05"/></body>
+        </body></worldbody><actuator><motor joint="motor"/>
+        <position joint="hinge" kp="9" kv="0.7" gear="2"/>
+        <general joint="slide" biastype="affine" biasprm="1 -5 -0.4" gear="3"/></actuator>
+        </mujoco>""")
     model, _, _ = standing(lid := objects.ModelObject(str(tmp_path / "lid.xml")))
     assert not lid.free  # what moves in itself stands
-    (damping,) = model.dof_damping
-    assert damping == pytest.approx(0.2 + 0.7 * 2**2) and model.actuator_biasprm[0, 2] == 0.0
+    assert model.dof_damping == pytest.approx([0.3, 0.2 + 0.7 * 2**2, 0.1 + 0.4 * 3**2])
+    bias = [[0, 0, 0], [0, -9, 0], [1, -5, 0]]
+    assert model.actuator_biasprm[:, :3] == pytest.approx(np.array(bias))
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,50 @@ def test_a_weak_motor_makes_so_much_less_of_the_same_command():
     np.testing.assert_allclose(robot.tau, 0.5 * np.arange(1.0, 8.0), rtol=1e-12)
 
 
+DRIVEN = """<mujoco><worldbody><body><geom size=".1"/>
+<body><joint name="a"/><geom size=".1"/></body><body><joint name="b"/><geom size=".1"/></body>
+</body></worldbody><tendon><fixed name="both"><joint joint="a" coef="1"/><joint joint="b" coef="2"/>
+</fixed></tendon><actuator><position joint="a" kp="7" kv="2"/><motor tendon="both" gear="3"/>
+<muscle joint="b" lengthrange="0 1"/><general joint="b" gaintype="affine" gainprm="3 4 5"
+biastype="affine" biasprm="6 7 8"/></actuator></mujoco>"""
+
+
+def test_a_gain_scales_the_forces_of_actuators_of_joints_and_tendons_of_one_object():
+    cell = Cell()
+    for name in ("it", "other"):
+        model = mjcf.from_xml_string(DRIVEN)
+        cell.add(composer.ModelWrapperEntity(model), pose((0, 0, 1)), name=name, overlap=1.0)
+    nominal = cell.model.actuator_gainprm.copy(), cell.model.actuator_biasprm.copy()
+    factors = np.array([0.5, 2.0, 3.0])
+    cell.override("it", gain=factors)
+    for found, before in zip(
+        (cell.model.actuator_gainprm, cell.model.actuator_biasprm), nominal, strict=True
+    ):
+        expected = before.copy()
+        expected[[0, 1, 3], :3] *= factors[:, np.newaxis]  # that of a muscle is none
+        assert found == pytest.approx(expected)
+
+
+def test_dry_friction_holds_a_load_below_it_nearly_without_slip():
+    """With MuJoCo's defaults a cube of 57 g slips at 0.9 m/s under 50 N."""
+    cell = Cell()
+    with cell.editing():
+        for x in (0.0, 1.0):
+            cell.add(Cube(), pose((x, 0.0, 1.0)))
+    given = np.array([60.0, 0.0, 60.0, 0.0, 0.0, 0.0])
+    cell.override("cube_1", joint_friction=given)
+    model, nominal = cell.model, cell.nominal_model
+    assert model.dof_frictionloss.tolist() == [0.0] * 6 + given.tolist()
+    raised = np.arange(12)[6:][given > 0.0]
+    others = np.delete(np.arange(12), raised)
+    for name in ("dof_solimp", "dof_solref"):
+        assert (getattr(model, name)[others] == getattr(nominal, name)[others]).all()
+    cell.data.qfrc_applied[6] = 50.0
+    cell.step(300)
+    assert cell.velocity("cube_1")[0] == pytest.approx(0.18e-3, rel=0.2)
+    assert cell.pose("cube").translation[2] < 0.7 and cell.pose("cube_1").translation[2] > 0.999
+
+
 def test_of_factors_and_rotations_the_nominal_value_changes_nothing(cell):
     before = whole(cell.model)
     for name, key in (("light:key", "brightness"), ("camera:overview", "rotation")):
