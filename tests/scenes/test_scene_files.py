@@ -299,6 +299,16 @@ def test_all_that_is_wrong_is_said_at_once(write, parts):
     assert sorted(lines) == [1, 3, 4, 6, 9, 10]
 
 
+def test_without_registered_parts_their_names_are_not_checked(write):
+    text = (
+        ROBOT + 'robot = "a"\ncontroller = "b"\nplanner = "c"\n[[objects]]\nmodel = "d"\nsize = 9\n'
+    )
+    scene = read_scene(write(text))
+    (robot,), (thing,) = scene.robots, scene.objects
+    assert (robot.description, robot.controller, robot.planner, thing.model) == ("a", "b", "c", "d")
+    assert thing.parameters == {"size": 9}
+
+
 def test_a_missing_file_is_one_error(tmp_path, parts):
     with pytest.raises(SceneError, match="no scene .*none.toml: No such file"):
         read_scene(tmp_path / "none.toml", parts)
