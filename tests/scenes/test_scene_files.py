@@ -1,6 +1,7 @@
 """A scene from a file is what the file says, or all that is wrong is said at once."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
-from bt_manip.scenes import table_and_basket, two_arms
+from bt_manip.scenes import Fixture, Scene, SceneObject, table_and_basket, two_arms
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
 from bt_manip.toml import line_numbers, line_of
@@ -173,6 +174,18 @@ def test_the_basket_of_the_table_stands_across_and_two_arms_face_each_other():
     for one, opposite in ((left.T_wb, right.T_wb), (near.T_wo, far.T_wo)):
         assert opposite.isApprox(half_turn * one) and one.rotation == pytest.approx(np.eye(3))
     assert near.T_wo.translation[:2] == pytest.approx([-0.3, 0.3])
+
+
+def test_objects_of_a_scene_are_still_accepted_and_read_as_fixtures():
+    scene = table_and_basket()
+    table = scene.objects[:1]
+    assert Fixture is SceneObject
+    with pytest.warns(DeprecationWarning, match="'fixtures' of Scene is now 'objects'"):
+        assert Scene(scene.robots, fixtures=table).objects == table
+    with pytest.warns(DeprecationWarning, match="'fixtures' of Scene is now 'objects'"):
+        assert replace(scene, fixtures=table).objects == table
+    with pytest.warns(DeprecationWarning, match=r"Scene.fixtures is now Scene.objects"):
+        assert scene.fixtures == scene.objects
 
 
 def test_a_file_may_say_which_seed(write, parts):

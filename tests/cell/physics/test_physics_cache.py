@@ -84,7 +84,7 @@ def test_what_follows_is_that_of_a_compile_to_the_last_bit(change):
         cell = make_cell(kept, robot=True)
         cell.step(180)
         states = []
-        for i in range(3):
+        for i in range(2):
             change(cell, i)
             states.append(cell.state_bytes())
         return states

@@ -71,8 +71,8 @@ def test_things_are_placed_clear_of_each_other_by_the_generator_alone(cell):
     def placed(cell):
         rng = np.random.default_rng(1)
         with cell.editing():
-            names = [cell.place(Cube(), ON_TABLE, rng) for _ in range(6)]
-        return names + [cell.place(Cube(), ON_TABLE, rng) for _ in range(4)]
+            names = [cell.place(Cube(), ON_TABLE, rng) for _ in range(5)]
+        return names + [cell.place(Cube(), ON_TABLE, rng) for _ in range(2)]
 
     names, other = placed(cell), with_table()
     assert all(partner == "table" for name in names for partner in cell.contacts.partners(name))

@@ -221,7 +221,8 @@ def test_observations_are_as_noisy_as_asked(parts):
         varied.begin(0)
         return observed(varied, steps) - varied.cell.pose("cube").translation
 
-    assert (noisy(500).mean(), noisy(500).std()) == pytest.approx((0.02, 0.01), rel=0.1)
+    many = noisy(500)
+    assert (many.mean(), many.std()) == pytest.approx((0.02, 0.01), rel=0.1)
     assert np.array_equal(noisy(5), noisy(5))
     for scale in ({"times": 1.5}, {"times": 1.5, "within": [-9.0, 9.0]}):  # instead of the value
         assert noisy(1, parse_variation(scale))[0] == pytest.approx([0.1, 0.0, 0.52], abs=1e-3)
