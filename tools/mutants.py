@@ -300,6 +300,8 @@ ARGUED = {
     "atol=9.99": "six digits differ by less than the other tolerance",
     "(xml.tag != 'mesh')": "meshes are passed as files only to spare time",
     "round(AHEAD / model.opt.timestep), 0)": "a step is shorter than 20 ms",
+    "(*position, 0.0, 0.0, 1.0)[:3]": "of a position that is rejected",
+    "(*position, 0.0, 1.0, 0.0)[:3]": "of a position that is rejected",
     "_SUSPECT = 6.0": "a quick test before the exact one",
     "_SUSPECT = 1.5": "a quick test before the exact one: no body has as much inertia",
 }
