@@ -302,6 +302,8 @@ ARGUED = {
     "round(AHEAD / model.opt.timestep), 0)": "a step is shorter than 20 ms",
     "(*position, 0.0, 0.0, 1.0)[:3]": "of a position that is rejected",
     "(*position, 0.0, 1.0, 0.0)[:3]": "of a position that is rejected",
+    ".mass or 2.0": "it stands for a mass that nothing declares",
+    ".mass or 0.5": "it stands for a mass that nothing declares",
     "_SUSPECT = 6.0": "a quick test before the exact one",
     "_SUSPECT = 1.5": "a quick test before the exact one: no body has as much inertia",
 }

@@ -40,6 +40,14 @@ def test_what_contact_bodies_touch_is_held_and_free_of_other_things_and_the_rest
     assert cell.contact_monitor.summary().held == ("cube",)
 
 
+def test_no_body_of_a_robot_may_touch_another_robot():
+    cell = Cell()
+    cell.add(claw())
+    cell.add(claw(), pose((0.2, -0.2, 0.099), (0.5**0.5, 0, 0, 0.5**0.5)), free=True)
+    cell.step()  # a finger rests on the other
+    assert cell.contact_monitor.summary() == ((("claw/finger", "claw_1/finger"),), (), True)
+
+
 def test_contacts_between_objects_are_expected(cell):
     assert cell.contact_monitor.summary() == ((), (), True)
 

@@ -82,6 +82,8 @@ def test_an_image_is_of_now_and_of_what_is_there_now(cell):
     ("parameters", "message"),
     [
         ({"fovy": 180.0}, "fovy must be a number above 0 and below 180 .degrees., got 180"),
+        ({"fovy": 0.0}, "fovy must be a number above 0 and below 180 .degrees., got 0"),
+        ({"height": 8193}, "height must be a whole number from 1 to 8192 .pixels., got 8193"),
         ({"width": 0}, "width must be a whole number from 1 to 8192 .pixels., got 0"),
     ],
 )

@@ -169,6 +169,7 @@ DEFAULTS = {  # dimensions [m], mass [kg] and friction
     "yellow_block": BLOCK,
     "bottle": (0.034, 0.2, 0.3, 0.8),
     "box": ([0.06, 0.04, 0.04], 0.1, 1.0),
+    "camera": (45.0, 320, 240),
     "can": (0.033, 0.1, 0.2, 0.7),
     "capsule": (0.018, 0.06, 0.06, 1.0, 5e-4),
     "cylinder": (0.02, 0.05, 0.1, 1.0),

@@ -10,7 +10,6 @@ from dm_control import composer, mjcf
 
 from bt_manip.cell import Camera, Cell, CellError, Cube, OverlapError, Table, looking_at
 from bt_manip.cell.objects import Bottle, Wall
-from bt_manip.robots import Robot, panda
 from bt_manip.spatial import pose
 
 G = 9.81
@@ -62,15 +61,6 @@ def test_a_slippery_thing_slides_down_a_slope_that_held_it():
     # Newton on a slope: a = g (sin - mu cos).
     expected = G * (np.sin(slope) - 0.2 * np.cos(slope))
     assert (cell.velocity("cube")[0] - before) / 0.2 == pytest.approx(expected, rel=0.05)
-
-
-def test_a_weak_motor_makes_so_much_less_of_the_same_command():
-    cell, robot = Cell(), Robot(panda())
-    cell.add(robot)
-    cell.override("panda", gain=0.5)
-    cell.data.ctrl[robot.ctrl_adr] = np.arange(1.0, 8.0)
-    cell.step()
-    np.testing.assert_allclose(robot.tau, 0.5 * np.arange(1.0, 8.0), rtol=1e-12)
 
 
 DRIVEN = """<mujoco><worldbody><body><geom size=".1"/>
