@@ -65,18 +65,13 @@ class Grumpy(Pendulum):
         raise RuntimeError("not today")
 
 
-def with_a_pendulum():
-    """Build a cell with a pendulum and a mocap body."""
+@pytest.fixture
+def cell():
+    """Give a cell with a mocap body, a pendulum and a cube."""
     arena = Arena()
     arena.mjcf_model.worldbody.add("body", name="target", mocap="true")
     cell = Cell(arena)
     cell.add(Pendulum())
-    return cell
-
-
-@pytest.fixture
-def cell():
-    cell = with_a_pendulum()
     cell.add(Cube(), pose((1, 0, 0.3), (0.9, 0.1, 0.2, 0.3)))
     return cell
 
@@ -178,19 +173,6 @@ def test_pose_and_velocity_of_a_free_entity_are_in_the_world():
         [[np.cos(4e-3), 0, np.sin(4e-3)], [0, 1, 0], [-np.sin(4e-3), 0, np.cos(4e-3)]],
         atol=1e-12,
     )
-
-
-def test_a_state_comes_back_with_the_objects_that_were_there(cell):
-    cell.add(Cube(size=0.04, mass=0.1), pose((0, 2, 0.5)))
-    cell.step(30)
-    state = cell.snapshot()
-    cell.step(20)
-    future = cell.state_bytes()
-    other = with_a_pendulum()
-    other.restore(state, lambda entry: Cube(**entry["parameters"]))
-    assert other.snapshot() == state
-    other.step(20)
-    assert other.state_bytes() == future
 
 
 def test_a_state_with_an_unknown_object_and_no_factory_changes_nothing(cell):
