@@ -1,4 +1,4 @@
-"""Poses from positions and quaternions."""
+"""Poses of `bt_manip.spatial` from positions and quaternions."""
 
 import numpy as np
 import pytest

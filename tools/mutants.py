@@ -304,6 +304,7 @@ ARGUED = {
     "(*position, 0.0, 1.0, 0.0)[:3]": "of a position that is rejected",
     ".mass or 2.0": "it stands for a mass that nothing declares",
     ".mass or 0.5": "it stands for a mass that nothing declares",
+    "at_rest + 1 if slow else -1": "at rest one step of many later",
     "_SUSPECT = 6.0": "a quick test before the exact one",
     "_SUSPECT = 1.5": "a quick test before the exact one: no body has as much inertia",
 }

@@ -214,6 +214,7 @@ def test_the_inside_of_a_cup_is_in_it_and_its_foot_is_not(model):
         ({1: -0.0055}, {}, "moves at 5.5 mm/s"),
         ({4: 0.19}, {}, ""),
         ({4: 0.21}, {}, "turns at 0.21 rad/s"),
+        ({2: 0.004, 4: 0.19998}, {}, ""),
         ({3: 0.09}, {}, ""),
         ({3: 0.11}, {}, "turns: its fastest corner moves at 11.0 mm/s"),
         ({0: 0.004}, {1: 1.1}, "touches nothing"),

@@ -171,15 +171,6 @@ def test_scaled_inertias_with_products_have_moments_scaled_by_the_square(tmp_pat
     assert compiled(thing.mjcf_model).body_mass[-1] == pytest.approx(0.6)
 
 
-@pytest.mark.parametrize(("inertial", "touched", "free"), [
-    ("", "0", False), ("", "1", True),
-    ('<inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>', "0", True),
-])  # fmt: skip
-def test_a_model_that_may_only_be_seen_is_fixed(tmp_path, inertial, touched, free):
-    seen = PLATE.format(f' density="{1000 * int(touched)}" contype="{touched}" conaffinity="0"')
-    assert ModelObject(write_model(tmp_path / "m.xml", inertial + seen)).free == free
-
-
 PLATE = '<geom type="box" size=".02 .03 .025"{}/>'
 
 

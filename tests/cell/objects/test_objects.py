@@ -334,6 +334,22 @@ def test_a_models_size_tells_whether_it_is_free_graspable_a_surface_or_in_anothe
     assert thing.centre_offset == pytest.approx([0.1, 0.2, 3 * z])
 
 
+@pytest.mark.parametrize(
+    ("inertial", "touched", "free"),
+    [
+        ("", 0, False),
+        ("", 1, True),
+        ('<inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>', 0, True),
+    ],
+)
+def test_a_model_that_may_only_be_seen_is_fixed(tmp_path, inertial, touched, free):
+    seen = f'density="{1000 * touched}" contype="{touched}" conaffinity="0"'
+    (tmp_path / "it.xml").write_text(
+        f'<mujoco><worldbody><body>{inertial}<geom size=".02" {seen}/></body></worldbody></mujoco>'
+    )
+    assert objects.ModelObject(str(tmp_path / "it.xml")).free == free
+
+
 def test_a_new_mass_scales_all_masses_and_inertias_of_a_model(tmp_path):
     (tmp_path / "it.xml").write_text("""<mujoco><worldbody><body><geom size="0.05"/>
         <geom size="0.04" density="300"/><geom size="0.04" mass="0.2" pos="0 0 0.2"/>
