@@ -123,7 +123,6 @@ class GoalJudge:
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`; the cycle that begins next continues with it."""
-        self._follow_tree()
         self._cycle = state["cycle"]
         self._kept = [list(kept) for kept in state["kept"]]
         self._names = [set(names) for names in state["names"]]
