@@ -340,7 +340,6 @@ TESTS_WITH_PRIVATE_NAMES = {
     "plugins/bt-manip-franka/tests/simulated_franka.py",  # extends the simulator of libfranka
     "plugins/bt-manip-trossen/tests/simulated_widowx.py",  # extends the simulator of the driver
     "tests/bt/test_nodes.py",  # timers that pile up are not seen otherwise
-    "tests/cell/test_mjcf_writer.py",  # what is written anew is not seen otherwise
     "tests/collision/test_conservative_advancement.py",  # inflates bodies as other robots are
     "tests/conformance/leaves.py",  # a leaf of the reference
     "tests/conformance/runner.py",  # fires timers between ticks

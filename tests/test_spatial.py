@@ -1,4 +1,4 @@
-"""Poses from positions and quaternions."""
+"""Poses of `bt_manip.spatial` from positions and quaternions."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,9 @@ def test_a_tool_that_points_down_is_turned_about_the_vertical():
     T = spatial.pointing_down((0.1, 0.2, 0.3), 0.4)
     assert T.rotation[:, 0] == pytest.approx([np.cos(0.4), np.sin(0.4), 0.0])
     assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
-    assert np.linalg.det(T.rotation) == pytest.approx(1.0) and T.translation[1] == 0.2
+    assert np.linalg.det(T.rotation) == pytest.approx(1.0)
+    assert T.translation.tolist() == [0.1, 0.2, 0.3]
+    assert spatial.pointing_down((0, 0, 0)).rotation == pytest.approx(np.diag([1.0, -1.0, -1.0]))
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf])
@@ -36,5 +38,17 @@ def test_a_quaternion_that_is_not_finite_is_refused(number):
 
 
 def test_a_quaternion_of_zeros_is_refused():
-    with pytest.raises(ValueError, match="not all zero"):
-        spatial.pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+    for size in (0.0, 9e-10):
+        with pytest.raises(ValueError, match="not all zero"):
+            spatial.pose((0.0, 0.0, 0.0), (0.0, size, 0.0, 0.0))
+    T = spatial.pose((0.0, 0.0, 0.0), (0.0, 2e-9, 0.0, 0.0))
+    assert T.rotation == pytest.approx(np.diag([1.0, -1.0, -1.0]))
+
+
+def test_only_arrays_of_numbers_are_numbers():
+    given = np.array([[1.5, 2.0], [3.0, 4.0]])
+    for value in (given, given.tolist(), np.array([[1.5, 2], [3, 4]], np.float32)):
+        found = spatial.as_numbers(value)
+        assert (found == given).all() and found.dtype == float and found is not value
+    for wrong in ("1", [1, "2"], [[1, 2], [3]], [True], None, [10**400]):
+        assert np.isnan(spatial.as_numbers(wrong))

@@ -326,6 +326,19 @@ ARGUED = {
     "if (gaps[0] <= gaps[-1])": "the openings at the ends differ by more than 2 mm",
     "len(self._frames) > MAX_FRAMES": "one frame of 5000 more",
     "(middle <= upper))[:1]": "a quick test before rays, which decide",
+    "threshold=THRESHOLD, seed=1": "any start of a random search does, as long as it is fixed",
+    "gaps_first.max(axis=(1))": "the array has two axes",
+    "gaps_second.max(axis=(1))": "the array has two axes",
+    "atol=9.99": "six digits differ by less than the other tolerance",
+    "(xml.tag != 'mesh')": "meshes are passed as files only to spare time",
+    "round(AHEAD / model.opt.timestep), 0)": "a step is shorter than 20 ms",
+    "(*position, 0.0, 0.0, 1.0)[:3]": "of a position that is rejected",
+    "(*position, 0.0, 1.0, 0.0)[:3]": "of a position that is rejected",
+    ".mass or 2.0": "it stands for a mass that nothing declares",
+    ".mass or 0.5": "it stands for a mass that nothing declares",
+    "at_rest + 1 if slow else -1": "at rest one step of many later",
+    "_SUSPECT = 6.0": "a quick test before the exact one",
+    "_SUSPECT = 1.5": "a quick test before the exact one: no body has as much inertia",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

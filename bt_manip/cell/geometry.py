@@ -74,7 +74,7 @@ def body_poses(model: mujoco.MjModel, root: int, qpos: np.ndarray) -> dict[int, 
     """
     poses = {root: pin.SE3.Identity()}
     for body, parent in enumerate(model.body_parentid.tolist()):
-        if body > root and parent in poses:  # a parent always comes before its children
+        if parent in poses:  # a parent always comes before its children
             T = poses[parent] * spatial.pose(model.body_pos[body], model.body_quat[body])
             first = int(model.body_jntadr[body])
             for joint in range(first, first + int(model.body_jntnum[body])):

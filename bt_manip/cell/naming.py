@@ -88,10 +88,13 @@ class BodyNames:
         self._model = model
         self._masks: dict[str, np.ndarray] = {}
         self._ids: dict[str, list[int]] = {}
+        for i, body in enumerate(self.of_body):
+            for label in {body, entity_of(body)}:
+                self._ids.setdefault(label, []).append(i)
 
     def names(self) -> list[str]:
         """Return the names of all bodies and entities."""
-        return sorted({*self.of_body, *map(entity_of, self.of_body)})
+        return sorted(self._ids)
 
     def body_ids(self, name: str) -> list[int]:
         """Return the ids of the bodies of a body's or entity's name, root first.
@@ -99,11 +102,6 @@ class BodyNames:
         Raises:
             KeyError: If there is none of that name.
         """
-        if name not in self._ids:
-            ids = [i for i, b in enumerate(self.of_body) if name in (b, entity_of(b))]
-            if not ids:
-                raise KeyError(name)
-            self._ids[name] = ids
         return self._ids[name]
 
     def geoms(self, name: str) -> np.ndarray:

@@ -173,14 +173,7 @@ def _motion_ahead(cell: "Cell", name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _why_leaving(cell: "Cell", name: str, velocity: np.ndarray, acceleration: np.ndarray) -> str:
-    """Describe why a free object that moves slowly will not stay as it is; empty if it will.
-
-    Args:
-        cell: The cell.
-        name: The object.
-        velocity: As of `_why_topples`.  # (6,)
-        acceleration: As of `_why_topples`.  # (6,)
-    """
+    """Describe why a free object will not stay as it is; empty if it will; see `_why_topples`."""
     size = float(np.linalg.norm(acceleration[:3]))
     if not size <= MAX_REST_ACCELERATION:
         falls = not cell.contacts.touching(name)

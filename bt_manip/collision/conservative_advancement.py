@@ -73,10 +73,7 @@ class ConservativeAdvancement:
         self._index = index.reshape(2, -1)  # indices of the pairs in _geoms
         self._flat_index = np.ravel_multi_index(tuple(self._index), 2 * self._geoms.shape)
         self._radii = model.geom_rbound[self._pairs].sum(axis=0)
-        is_plane = kind == _PLANE
-        self._with_plane = is_plane.any(axis=0)
-        self._planes = np.flatnonzero(self._with_plane)
-        self._plane_side = is_plane[1, self._planes].astype(int)
+        self._with_plane = (kind == _PLANE).any(axis=0)
 
     def refresh(self) -> None:
         """Discard bounds and margins: gripper, held object and inflation may have changed."""
@@ -198,9 +195,8 @@ class ConservativeAdvancement:
         apart = square[:, np.newaxis] + square[:, :, np.newaxis] - 2.0 * product
         apart = apart.reshape(len(apart), -1).take(self._flat_index, axis=1)
         close: np.ndarray = apart < reach * reach
-        for column, side in zip(self._planes.tolist(), self._plane_side.tolist(), strict=True):
-            pair = self._index[:, column]
-            plane, other = pair[side], pair[1 - side]
+        for column in np.flatnonzero(self._with_plane).tolist():
+            plane, other = self._index[:, column]  # planes are fixed, so they come first
             normal = matrices[:, plane, 2::3]
             height = np.einsum("mi,mi->m", positions[:, other] - positions[:, plane], normal)
             close[:, column] = height < reach[:, column]
@@ -231,7 +227,8 @@ class ConservativeAdvancement:
             centre = positions[rows, index[columns]]
             centre = centre + (rotation @ box[:, :3, np.newaxis])[..., 0]
             sides.append(Boxes(centre, rotation, box[:, 3:]))
-        distance = box_distance(sides[0], sides[1], needed)
+        first, second = sides
+        distance = box_distance(first, second, needed)
         distance[self._with_plane[columns]] = -np.inf
         return distance
 

@@ -66,7 +66,7 @@ class Assets:
             self._materials[key] = name
             attributes = {
                 "name": name,
-                "rgba": _numbers(rgba),
+                "rgba": " ".join(f"{value:.9g}" for value in rgba),
                 "specular": f"{specular:.9g}",
                 "emission": f"{emission:.9g}",
             }
@@ -100,7 +100,3 @@ class Assets:
                 names.append(name)
             self._names[key] = names
         return self._names[key]
-
-
-def _numbers(values: np.ndarray) -> str:
-    return " ".join(f"{value:.9g}" for value in values)

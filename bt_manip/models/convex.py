@@ -2,7 +2,6 @@
 
 import hashlib
 import uuid
-from pathlib import Path
 
 import numpy as np
 
@@ -33,7 +32,9 @@ def convex_parts(mesh: Mesh) -> list[Mesh]:
     digest.update(f"coacd 1 {THRESHOLD}".encode())
     path = cache_root() / "convex" / f"{digest.hexdigest()[:32]}.npz"
     if path.is_file():
-        return _read(path)
+        with np.load(path, allow_pickle=False) as arrays:
+            numbers = range(len(arrays.files) // 2)
+            return [Mesh(arrays[f"v{i}"], arrays[f"f{i}"], watertight=True) for i in numbers]
     parts = decompose(mesh)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{uuid.uuid4().hex}.npz")
@@ -56,9 +57,3 @@ def decompose(mesh: Mesh) -> list[Mesh]:
     except Exception as error:  # a C++ library without documented exceptions
         raise ModelError(f"no convex parts were found: {error}") from None
     return [Mesh(np.asarray(v), np.asarray(f), watertight=True) for v, f in parts]
-
-
-def _read(path: Path) -> list[Mesh]:
-    with np.load(path, allow_pickle=False) as arrays:
-        count = len(arrays.files) // 2
-        return [Mesh(arrays[f"v{i}"], arrays[f"f{i}"], watertight=True) for i in range(count)]

@@ -1,5 +1,6 @@
 """Mesh files, normalised to triangles in metres with z up."""
 
+import contextlib
 import io
 import logging
 import re
@@ -179,6 +180,7 @@ def _collada_turn(data: bytes, path: Path) -> np.ndarray:
     if asset is not None:
         up = (asset.findtext("{*}up_axis") or up).strip()
         element = asset.find("{*}unit")
-        if element is not None and re.fullmatch(r"[0-9.eE+-]+", element.get("meter", "")):
-            unit = float(element.get("meter", "1"))
+        if element is not None:
+            with contextlib.suppress(ValueError):  # no number: metres
+                unit = float(element.get("meter", ""))
     return unit * _TURNS.get(up, np.eye(3))

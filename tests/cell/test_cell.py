@@ -65,44 +65,15 @@ class Grumpy(Pendulum):
         raise RuntimeError("not today")
 
 
-def with_a_pendulum():
-    """Build a cell with a pendulum and a mocap body."""
+@pytest.fixture
+def cell():
+    """Give a cell with a mocap body, a pendulum and a cube."""
     arena = Arena()
     arena.mjcf_model.worldbody.add("body", name="target", mocap="true")
     cell = Cell(arena)
     cell.add(Pendulum())
-    return cell
-
-
-@pytest.fixture
-def cell():
-    cell = with_a_pendulum()
     cell.add(Cube(), pose((1, 0, 0.3), (0.9, 0.1, 0.2, 0.3)))
     return cell
-
-
-def named_state(cell):
-    """Give the bits of every named part of the state."""
-    m, d = cell.model, cell.data
-    widths, dofs = (7, 4, 1, 1), (6, 3, 1, 1)
-    state = {"time": d.time}
-    for j in range(m.njnt):
-        joint, kind = m.joint(j), int(m.jnt_type[j])
-        q, v = m.jnt_qposadr[j], m.jnt_dofadr[j]
-        state["q", joint.name] = d.qpos[q : q + widths[kind]].tobytes()
-        for field in ("qvel", "qacc_warmstart", "qfrc_applied"):
-            state[field, joint.name] = getattr(d, field)[v : v + dofs[kind]].tobytes()
-    for b in range(m.nbody):
-        state["x", m.body(b).name] = d.xfrc_applied[b].tobytes()
-        if m.body_mocapid[b] >= 0:
-            i = m.body_mocapid[b]
-            state["mocap", m.body(b).name] = (d.mocap_pos[i].tobytes(), d.mocap_quat[i].tobytes())
-    for a in range(m.nu):
-        state["act", m.actuator(a).name] = d.act[m.actuator_actadr[a]]
-        state["ctrl", m.actuator(a).name] = d.ctrl[a]
-    for e in range(m.neq):
-        state["eq", m.equality(e).name] = bool(d.eq_active[e])
-    return state
 
 
 def disturb(cell):
@@ -117,30 +88,16 @@ def disturb(cell):
     d.eq_active[:] = 1
 
 
-def test_what_stays_keeps_its_exact_state_when_something_comes_and_goes(cell):
-    disturb(cell)
-    before = named_state(cell)
-    cell.add(Cube(), pose((2, 0, 1)))
-    cell.add(Pendulum(), pose((3, 0, 0)))
-    added = named_state(cell)
-    assert before.items() <= added.items()
-    assert len(added) > len(before)
-    cell.remove("cube")
-    cell.remove("pendulum_1")
-    gone = ("cube/", "pendulum_1/")
-    kept = {k: v for k, v in added.items() if k == "time" or not k[1].startswith(gone)}
-    assert kept == named_state(cell)
-    assert {k: v for k, v in before.items() if k in kept}.items() <= kept.items()
-
-
-def test_adding_and_removing_a_distant_thing_changes_no_bit_of_the_future(cell):
+def test_adding_and_removing_distant_things_changes_no_bit_of_the_future(cell):
     disturb(cell)
     state = cell.snapshot()
     cell.step(100)
     future = cell.state_bytes()
     cell.restore(state)
-    name = cell.add(Cube(), pose((5, 5, 3)))
-    cell.remove(name)
+    names = [cell.add(Cube(), pose((5, 5, 3))), cell.add(Pendulum(), pose((3, 0, 0)))]
+    assert len(cell.data.qpos) == 2 * (7 + 1 + 4)
+    for name in names:
+        cell.remove(name)
     cell.step(100)
     assert cell.state_bytes() == future
 
@@ -201,31 +158,21 @@ def test_an_unknown_name_offers_the_nearest_and_an_entity_stands_in_one_place_on
 
 def test_pose_and_velocity_of_a_free_entity_are_in_the_world():
     cell = Cell()
-    cell.add(Cube(), pose((0, 0, 5), (0.5, 0.5, 0.5, 0.5)))
-    cell.data.qvel[:] = (1, 2, 3, 4, 0, 0)  # turns about its own x axis, the world's y
-    np.testing.assert_allclose(cell.velocity("cube"), (1, 2, 3, 0, 4, 0), atol=1e-12)
-    before = cell.pose("cube")
+    with cell.editing():
+        for x in range(3):
+            cell.add(Cube(), pose((x, 0, 5), (0.5, 0.5, 0.5, 0.5)))
+    cell.data.qvel[6:12] = (1, 2, 3, 4, 0, 0)  # turns about its own x axis, the world's y
+    np.testing.assert_allclose(cell.velocity("cube_1"), (1, 2, 3, 0, 4, 0), atol=1e-12)
+    before = cell.pose("cube_1")
+    np.testing.assert_allclose(before.translation, (1, 0, 5))
     cell.step()
-    moved = cell.pose("cube").translation - before.translation
+    moved = cell.pose("cube_1").translation - before.translation
     np.testing.assert_allclose(moved, (1e-3, 2e-3, (3 - 9.81e-3) * 1e-3), atol=1e-12)
     np.testing.assert_allclose(
-        cell.pose("cube").rotation @ before.rotation.T,
+        cell.pose("cube_1").rotation @ before.rotation.T,
         [[np.cos(4e-3), 0, np.sin(4e-3)], [0, 1, 0], [-np.sin(4e-3), 0, np.cos(4e-3)]],
         atol=1e-12,
     )
-
-
-def test_a_state_comes_back_with_the_objects_that_were_there(cell):
-    cell.add(Cube(size=0.04, mass=0.1), pose((0, 2, 0.5)))
-    cell.step(30)
-    state = cell.snapshot()
-    cell.step(20)
-    future = cell.state_bytes()
-    other = with_a_pendulum()
-    other.restore(state, lambda entry: Cube(**entry["parameters"]))
-    assert other.snapshot() == state
-    other.step(20)
-    assert other.state_bytes() == future
 
 
 def test_a_state_with_an_unknown_object_and_no_factory_changes_nothing(cell):

@@ -6,7 +6,8 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.cell import Basket, Cell, Cube, body_poses, centre_of_mass, extent, geom_pose
-from bt_manip.cell.objects import Can
+from bt_manip.cell.geometry import nearest_free
+from bt_manip.cell.objects import Can, Sphere
 from bt_manip.spatial import pose
 
 CABINET = """<mujoco><compiler angle="radian"/><worldbody>
@@ -87,3 +88,18 @@ def test_the_extent_of_a_turned_can_is_that_of_its_rims(T_wf):
     lower, upper = extent(cell, "can", T_wf)
     assert lower == pytest.approx(points.min(axis=0), abs=1e-6)
     assert upper == pytest.approx(points.max(axis=0), abs=1e-6)
+
+
+def test_the_nearest_free_object_is_found_by_the_distance_of_surfaces():
+    cell = Cell()
+    with cell.editing():
+        for name, x, free in (
+            ("it", 0.0, True),
+            ("a", 0.3, True),
+            ("b", -0.2, True),
+            ("fixed", 0.1, False),
+        ):
+            cell.add(Sphere(radius=0.04), pose((x, 0.0, 1.0)), name=name, free=free)
+    assert nearest_free(cell, "it", 1.0) == pytest.approx(0.12)
+    assert nearest_free(cell, "it", 0.1) == 0.1
+    assert nearest_free(cell, "fixed", 1.0) == pytest.approx(0.02)

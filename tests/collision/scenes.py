@@ -14,19 +14,14 @@ from bt_manip.robots import Robot, RobotDescription, panda
 from tests.robot_fixtures import Box
 
 
-class Stone(composer.Entity):
-    """A convex mesh with 40 vertices, its origin at the centre."""
-
-    def _build(self, rng: np.random.Generator, name: str = "stone") -> None:
-        corners = rng.normal(size=(40, 3))
-        corners *= 0.08 / np.linalg.norm(corners, axis=1, keepdims=True)
-        self._root = mjcf.RootElement(model=name)
-        self._root.asset.add("mesh", name="hull", vertex=corners.ravel().tolist())
-        self._root.worldbody.add("geom", name="hull", type="mesh", mesh="hull")
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        return self._root
+def stone(rng: np.random.Generator) -> composer.Entity:
+    """Return a convex mesh with 40 vertices, its origin at the centre."""
+    corners = rng.normal(size=(40, 3))
+    corners *= 0.08 / np.linalg.norm(corners, axis=1, keepdims=True)
+    root = mjcf.RootElement(model="stone")
+    root.asset.add("mesh", name="hull", vertex=corners.ravel().tolist())
+    root.worldbody.add("geom", name="hull", type="mesh", mesh="hull")
+    return composer.ModelWrapperEntity(root)
 
 
 def arm_among_obstacles(
@@ -40,7 +35,7 @@ def arm_among_obstacles(
         robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr] = 0.025 - 1e-4
     mujoco.mj_forward(cell.model, cell.data)
     obstacles: Sequence[composer.Entity] = (
-        Box((0.3, 0.2, 0.3)), Box((0.1, 0.5, 0.02)), Stone(rng), objects.Cube(), Stone(rng)
+        Box((0.3, 0.2, 0.3)), Box((0.1, 0.5, 0.02)), stone(rng), objects.Cube(), stone(rng)
     )  # fmt: skip
     with cell.editing():
         for i, obstacle in enumerate(obstacles):

@@ -107,6 +107,26 @@ def test_objects_added_and_removed_are_known_after_a_refresh():
     assert not world.collisions(AWAY)
 
 
+def test_a_state_of_fixed_things_only_has_no_free_object_and_an_open_empty_gripper():
+    cell, robot = with_cube()
+    model = robot.make_model()
+    below = model.pose(AWAY) * spatial.pose((0.0, 0.0, 0.04))  # of the cube, not of the hand
+    across = model.pose(AWAY) * spatial.pose((0.0, 0.053, -0.01))  # beside the closed finger
+    with cell.editing():
+        cell.add(objects.Cube(), model.pose(HOME - (AWAY - HOME)), name="free")
+        cell.add(Box((0.02, 0.02, 0.02)), below, name="below")
+        cell.add(Box((0.02, 0.01, 0.02)), across, name="across")
+    world = CollisionWorld(robot, model)
+    ahead = HOME - (AWAY - HOME)
+    found = [{pair.second for pair in world.collisions(q)} for q in (AWAY, ahead)]
+    assert world.held == "cube" and found[0] == {"below"} and "free" in found[1]
+    before = cell.state_bytes()
+    world.refresh(fixed_only=True)
+    found = [{pair.second for pair in world.collisions(q)} for q in (AWAY, ahead)]
+    assert world.held is None and found == [{"across"}, set()]
+    assert cell.state_bytes() == before
+
+
 def test_contact_types_of_the_model_are_respected():
     cell, robot = in_the_air()
     ghost, wall = Box((0.1, 0.1, 0.1)), Box((0.1, 0.1, 0.1))

@@ -1,6 +1,7 @@
 """Conservative advancement, compared with a collision check of each configuration."""
 
 from functools import cache
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -72,24 +73,14 @@ def test_inflated_bodies_are_inflated_for_conservative_advancement_too(rng):
     assert free[1] < free[0]
 
 
-class Wall(composer.Entity):
-    """An infinite plane."""
-
-    def _build(self) -> None:
-        self._root = mjcf.RootElement(model="wall")
-        self._root.worldbody.add("geom", type="plane", size=(1.0, 1.0, 0.1))
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        return self._root
-
-
 def test_planes_are_infinite_for_conservative_advancement_too(rng):
     cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, free=False)
     facing = spatial.pose((0.5, 0.0, -8.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0))  # towards -x
+    wall = mjcf.RootElement(model="wall")
+    wall.worldbody.add("geom", type="plane", size=(1.0, 1.0, 0.1))
     with cell.editing():
-        cell.add(Wall(), facing, free=False)
+        cell.add(composer.ModelWrapperEntity(wall), facing, free=False)
     mujoco.mj_forward(cell.model, cell.data)
     world = CollisionWorld(robot, robot.make_model())
     clearance = np.where(world.checked_pairs, 0.0, -np.inf)
@@ -157,35 +148,45 @@ def test_the_first_blocked_configuration_is_that_of_checking_each(walled):
     assert 10 < first < len(path) - 10
 
 
-def test_the_bound_of_the_distance_of_boxes_is_below_the_distance(rng):
+def gap(first: np.ndarray, second: np.ndarray, axis: np.ndarray) -> float:
+    """Return the gap of two sets of points along an axis."""
+    one, other = first @ axis, second @ axis
+    return max(other.min() - one.max(), one.min() - other.max())
+
+
+def test_the_bound_of_the_distance_of_boxes_is_their_gap_along_a_face_or_from_a_sphere(rng):
+    """It is below the distance, and close to it: that of 3 edges has other directions."""
+    sizes = np.array([[0.05, 0.03, 0.1], [0.02, 0.2, 0.04]])
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><worldbody>
         <body><freejoint/><geom type="box" size=".05 .03 .1"/></body>
         <body><freejoint/><geom type="box" size=".02 .2 .04"/></body>
         </worldbody></mujoco>"""
     )
-    data = mujoco.MjData(model)
-    shares = []
+    data, corners = mujoco.MjData(model), np.array(list(product((-1.0, 1.0), repeat=3)))
+    centres, rotations, distances, expected = [], [], [], []
     for _ in range(250):
         data.qpos[:] = rng.normal(size=14) * np.tile([0.2, 0.2, 0.2, 1.0, 1.0, 1.0, 1.0], 2)
         mujoco.mj_kinematics(model, data)
-        boxes = [
-            Boxes(data.geom_xpos[[i]], data.geom_xmat[[i]].reshape(1, 3, 3), model.geom_size[[i]])
-            for i in range(2)
-        ]
-        distance = mujoco.mj_geomDistance(model, data, 0, 1, 5.0, None)
-        bound = box_distance(*boxes, np.array([5.0]))[0]
-        assert bound <= distance + 1e-6
-        if distance > 0.05:
-            shares.append(bound / distance)
-    assert np.mean(shares) > 0.85
-
-
-def test_the_bound_is_exact_for_boxes_face_to_face():
-    flat = Boxes(np.array([[0.0, 0.0, 0.0]]), np.eye(3)[None], np.array([[1.0, 1.0, 0.1]]))
-    small = Boxes(np.array([[0.5, 0.9, 0.25]]), np.eye(3)[None], np.array([[0.1, 0.1, 0.1]]))
-    assert box_distance(flat, small, np.ones(1)) == pytest.approx([0.05])
-    assert box_distance(small, flat, np.ones(1)) == pytest.approx([0.05])
+        c, R = data.geom_xpos.copy(), data.geom_xmat.reshape(2, 3, 3).copy()
+        points = [c[i] + (corners * sizes[i]) @ R[i].T for i in (0, 1)]
+        bounds = [gap(*points, axis) for axis in np.concatenate([R[0].T, R[1].T])]
+        for i in (0, 1):  # from the box to the sphere around the other
+            outside = np.abs(R[i].T @ (c[1 - i] - c[i])) - sizes[i]
+            bounds.append(np.linalg.norm(outside.clip(0.0)) - np.linalg.norm(sizes[1 - i]))
+        centres.append(c)
+        rotations.append(R)
+        expected.append(max(bounds))
+        distances.append(mujoco.mj_geomDistance(model, data, 0, 1, 5.0, None))
+    first, second = (
+        Boxes(np.array(centres)[:, i], np.array(rotations)[:, i], np.tile(sizes[i], (250, 1)))
+        for i in (0, 1)
+    )
+    bound, distance = box_distance(first, second, np.full(250, 5.0)), np.array(distances)
+    assert bound == pytest.approx(np.array(expected))
+    assert (bound <= distance + 1e-6).all() and np.mean((bound / distance)[distance > 0.05]) > 0.85
+    rough = box_distance(first, second, np.full(250, 0.1))  # need not be tight beyond
+    assert (rough <= bound + 1e-12).all() and ((rough >= 0.1) == (bound >= 0.1)).all()
 
 
 def test_the_configurations_known_to_be_free_do_not_depend_on_paths_before():

@@ -11,7 +11,7 @@ from bt_manip.robots import panda
 HOME = np.array(panda().home)
 
 
-def test_it_keeps_a_clearance_except_from_bodies_nearer_at_the_end(walled):
+def test_it_keeps_a_clearance_except_from_bodies_nearer_at_the_start_or_end(walled):
     def at(gap):
         T = spatial.pointing_down((0.5, 0.3, 0.0095 + gap), 0.0)
         return walled.ik.solve(T, HOME).q
@@ -22,8 +22,9 @@ def test_it_keeps_a_clearance_except_from_bodies_nearer_at_the_end(walled):
     usual = FreeSpace(walled.world, HOME)
     assert usual.is_free(at(4.5e-3)) and not usual.is_free(at(3.5e-3))
     assert usual.clearance[walled.world.self_pairs].max() == 1e-3
-    space = FreeSpace(walled.world, HOME, [at(2e-3)], clearance=5e-3)
-    assert space.is_free(at(3e-3)) and not space.is_free(at(1e-3))
+    for start, ends in ((HOME, [at(2e-3)]), (at(2e-3), [])):
+        space = FreeSpace(walled.world, start, ends, clearance=5e-3)
+        assert space.is_free(at(2e-3)) and space.is_free(at(3e-3)) and not space.is_free(at(1e-3))
 
 
 def test_a_contact_at_the_start_may_be_left_but_not_deepened(walled):

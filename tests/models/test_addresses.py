@@ -2,9 +2,11 @@
 
 import os
 
+import numpy as np
 import pytest
 import trimesh
 
+from bt_manip.cell.objects import ModelObject
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import (
     MjcfModel,
@@ -101,11 +103,22 @@ def test_a_plain_name_is_no_address_and_what_has_more_characters_is_one():
         ("bundled:../secret", "no bundled"),
         ("", "there is no such file|folder without"),
         ("nobody.urdf", "there is no such file"),
+        ("package://nobody/x.urdf", "no package 'nobody'"),
+        ("text.txt", "not a model; one is"),
+        ("holed.stl", "not watertight"),
+        ("wrong.xml", "cannot be read"),
     ],
 )
 def test_a_wrong_address_is_one_clear_error(address, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ModelError) as caught:
-        find_model(address)
+    (tmp_path / "text.txt").touch()
+    (tmp_path / "wrong.xml").write_text(
+        "<mujoco><worldbody><geom type='bal'/></worldbody></mujoco>"
+    )
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    box.update_faces(np.arange(10))
+    box.export(tmp_path / "holed.stl")
+    with pytest.raises(BtManipError) as caught:
+        ModelObject(address)
     assert any(word in str(caught.value) for word in words.split("|"))
-    assert os.listdir(tmp_path) == []
+    assert len(str(caught.value).splitlines()) == 1 and len(os.listdir(tmp_path)) == 3

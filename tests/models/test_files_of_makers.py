@@ -8,39 +8,15 @@ import pytest
 import trimesh
 from dm_control import mjcf
 
-from bt_manip.cell.objects import ModelObject, mjcf_root
+from bt_manip.cell.objects import ModelObject
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
-from bt_manip.models.meshes import read_mesh
 from bt_manip.robots import read_model
 
 BODY = """<link name="b"><inertial><mass value="0.1"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0"
  ixz="0" iyz="0"/></inertial>{1}<collision><geometry>{2}</geometry></collision></link>"""
 BOX = '<box size="0.032 0.032 0.023"/>'
 LOST = '<visual><geometry><mesh filename="gone.dae"/></geometry></visual>'
-PART = """<mujoco model="part"><default><default class="red"><geom friction="0.4"/></default>
-</default><asset><mesh name="wedge" vertex="0 0 0 .1 0 0 0 .1 0 0 0 .1"/></asset><worldbody>
-<body name="p" pos="0.1 0 0"><joint name="j" axis="0 1 0" range="-50 60"/>
-<geom class="red" type="box" size=".01 .02 .03"/><geom type="mesh" mesh="wedge"/></body></worldbody>
-</mujoco>"""
-FRAMES = """<mujoco model="all"><compiler eulerseq="XYZ"/><default><default class="soft">
-<geom friction="0.3"/><joint damping="0.7"/></default></default>
-<asset><model name="part" file="part.xml"/></asset><worldbody><body name="b" pos="0 0 1">
-<geom type="sphere" size=".01"/><frame pos="0.123456789 0 0.025" euler="0 30 90" childclass="soft">
-<geom type="box" size=".02 .03 .025" mass=".1" euler="10 20 30" pos="0.01 0.02 0.03"/>
-<frame pos="0 0 0.1" euler="45 0 0"><geom type="capsule" fromto="0 0 0 0.1 0.1 0" size="0.01"/>
-<body name="in" pos="0.05 0 0"><joint name="h" axis="1 0 0" pos="0.01 0 0"/><geom size=".01"/>
-</body></frame></frame>
-<body name="d" pos="0.3 0 0"><frame pos="0.02 0 0" euler="0 0 60"><joint name="s" type="slide"
-axis="1 0 0" range="0 0.1"/><geom size=".02"/></frame></body>
-<replicate count="3" offset="0 0 0.1" euler="0 0 20"><geom type="box" size=".01 .02 .01"/>
-</replicate>
-<frame pos="0 0.2 0" euler="0 90 0"><attach model="part" body="p" prefix="left_"/></frame></body>
-</worldbody></mujoco>"""
-SAME = (
-    "body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "geom_pos", "geom_quat",
-    "geom_size", "geom_friction", "jnt_pos", "jnt_axis", "jnt_range", "dof_damping",
-)  # fmt: skip
 
 
 def compiled(root) -> mujoco.MjModel:
@@ -62,19 +38,6 @@ def write_groups(path, *boxes) -> None:
         lines += [f"f {a} {b} {c}" for a, b, c in box.faces + 1 + count]
         count += len(box.vertices)
     path.write_text("\n".join(lines))
-
-
-@pytest.mark.parametrize("kind", ["object", "robot"])
-def test_frames_replicas_and_attached_models_are_read_as_mujoco_reads_them(tmp_path, kind):
-    (tmp_path / "part.xml").write_text(PART)
-    (tmp_path / "all.xml").write_text(FRAMES)
-    expected = mujoco.MjModel.from_xml_path(str(tmp_path / "all.xml"))
-    if kind == "robot":
-        model = compiled(read_model(str(tmp_path / "all.xml"), "robot")[0])
-    else:
-        model = compiled(mjcf_root(load_model(str(tmp_path / "all.xml"))))
-    for name in SAME:
-        assert getattr(model, name) == pytest.approx(getattr(expected, name), abs=1e-6), name
 
 
 @pytest.mark.parametrize("head", [
@@ -129,18 +92,6 @@ def test_convex_groups_of_an_obj_have_a_hull_each(tmp_path):
     assert thing.mass == pytest.approx(1000 * volume)
 
 
-@pytest.mark.parametrize(("inertia", "used", "words"), [
-    (1.0, 0.1 / 12 * 2 * 0.032**2, "is impossible for 0.1 kg within 0.0254 m"),
-    (5e-5, 0.1 / 12 * 2 * 0.032**2, "is impossible"),  # below m r^2, but of 16 mm along each axis
-    (1e-8, 1e-8, "below a hundredth of its geometry's, 1.71e-05"),
-    (1e-5, 1e-5, ""),
-])  # fmt: skip
-def test_an_impossible_inertia_is_replaced_by_that_of_a_uniform_box(tmp_path, inertia, used, words):
-    thing = ModelObject(write_urdf(tmp_path / "brick.urdf", inertia))
-    assert compiled(thing.mjcf_model).body_inertia[1].max() == pytest.approx(used)
-    assert words in "".join(thing.warnings) and bool(thing.warnings) == bool(words)
-
-
 PENDULUM = {
     "urdf": """<robot name="r"><link name="base"/><joint name="j" type="revolute">
 <parent link="base"/><child link="b"/><axis xyz="0 1 0"/>
@@ -178,26 +129,6 @@ def test_an_inertia_that_no_body_has_is_replaced_by_that_of_a_uniform_box(
     assert body.mass == pytest.approx(0.6)
     (warning,) = warnings
     assert "is impossible for 0.6 kg" in warning and "that of its geometry is used" in warning
-
-
-def test_masses_that_the_file_does_not_give_and_that_count_are_listed(tmp_path):
-    size, joint = 'type="box" size=".05 .05 .05"', '<joint axis="0 1 0"/>'
-    shapes = {
-        "weighed": f'<geom {size} mass=".3"/>', "dense": f'<geom {size} density="500"/>',
-        "inertial": f'<inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/><geom {size}/>',
-        "light": '<geom type="box" size=".01 .01 .01"/>', "bare": f'<geom {size}/>',
-    }  # fmt: skip
-    moving = "".join(f'<body name="{n}">{joint}{shape}</body>' for n, shape in shapes.items())
-    thing = ModelObject(write_model(tmp_path / "m.xml", f"<geom {size}/>{moving}"))
-    (warning,) = (text for text in thing.warnings if "no mass" in text)
-    assert "(water): 'bare' 1 kg; mass" in warning  # the base is fixed
-
-
-def test_an_inertia_of_a_body_without_geometry_is_kept(tmp_path):
-    moving = '<body><joint axis="0 1 0"/><geom type="box" size=".02 .03 .025"/></body>'
-    bare = '<inertial pos="0 0 0" mass="0.1" diaginertia="1 1 1"/>' + moving
-    thing = ModelObject(write_model(tmp_path / "m.xml", bare))
-    assert compiled(thing.mjcf_model).body_inertia[-2] == pytest.approx([1, 1, 1])
 
 
 @pytest.mark.parametrize("form", ["urdf", "xml"])
@@ -240,61 +171,7 @@ def test_scaled_inertias_with_products_have_moments_scaled_by_the_square(tmp_pat
     assert compiled(thing.mjcf_model).body_mass[-1] == pytest.approx(0.6)
 
 
-def test_a_mesh_may_be_moved_so_that_its_bounding_box_is_around_the_origin(tmp_path):
-    write_groups(tmp_path / "a.obj", ((0.01, 0, 0), (0.05, 0.06, 0.05)))
-    half = np.ptp(read_mesh(tmp_path / "a.obj").vertices, axis=0) / 2
-    centred = read_mesh(tmp_path / "a.obj", centred=True).vertices
-    assert centred.max(axis=0) == pytest.approx(half)
-    assert centred.min(axis=0) == pytest.approx(-half)
-
-
-@pytest.mark.parametrize(("axis", "right", "up", "out"), [  # COLLADA 1.4.1, up_axis
-    ("X_UP", (0, -1, 0), (1, 0, 0), (0, 0, 1)), ("Y_UP", (1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    ("Z_UP", (1, 0, 0), (0, 0, 1), (0, -1, 0)),
-])  # fmt: skip
-def test_collada_is_read_in_metres_with_x_to_the_right_and_z_up(tmp_path, axis, right, up, out):
-    axes = np.array([right, up, out, (0, 0, 0)], dtype=float)
-    faces = [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)]
-    trimesh.Trimesh(axes, faces, process=False).export(tmp_path / "a.dae")
-    head = f'<unit name="inch" meter="0.0254"/><up_axis>{axis}</up_axis>'
-    text = re.sub(r"<unit[^>]*/>", "", (tmp_path / "a.dae").read_text())
-    (tmp_path / "a.dae").write_text(re.sub(r"<up_axis>.*</up_axis>", head, text))
-    expected = 0.0254 * np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0), (0, 0, 0)])
-    vertices = read_mesh(tmp_path / "a.dae").vertices
-    assert np.unique(vertices.round(9), axis=0) == pytest.approx(np.unique(expected, axis=0))
-
-
-@pytest.mark.parametrize(("inertial", "touched", "free"), [
-    ("", "0", False), ("", "1", True),
-    ('<inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>', "0", True),
-])  # fmt: skip
-def test_a_model_that_may_only_be_seen_is_fixed(tmp_path, inertial, touched, free):
-    seen = PLATE.format(f' density="{1000 * int(touched)}" contype="{touched}" conaffinity="0"')
-    assert ModelObject(write_model(tmp_path / "m.xml", inertial + seen)).free == free
-
-
-def test_scaled_models_have_scaled_poses(tmp_path):
-    (tmp_path / "part.xml").write_text(PART)
-    (tmp_path / "all.xml").write_text(FRAMES)
-    poses = []
-    for scale, end in ((1, ""), (2, "?scale=2")):
-        model = compiled(mjcf_root(load_model(f"{tmp_path}/all.xml{end}")))
-        data = mujoco.MjData(model)
-        data.joint("s").qpos = 0.01 * scale
-        mujoco.mj_forward(model, data)
-        poses.append(data.geom_xpos.copy())
-    assert poses[1] == pytest.approx(2 * poses[0], abs=1e-6)
-    assert model.joint("s").range == pytest.approx([0, 0.2])
-
-
-def test_a_message_names_the_element_that_mujoco_names(tmp_path):
-    with pytest.raises(ModelError, match="Element 'inertia', line 1"):
-        load_model(write_urdf(tmp_path / "a.urdf", "1e-5x"))
-
-
-SIZE = np.array([0.04, 0.06, 0.05])  # [m]
 PLATE = '<geom type="box" size=".02 .03 .025"{}/>'
-WEDGE = "v 0 0 0\nv .04 0 0\nv 0 .06 0\nv 0 0 .05\n"  # 0.04 * 0.06 * 0.05 / 6 m3
 
 
 def write_model(path, body, head="", attributes="") -> str:
@@ -379,25 +256,6 @@ def test_what_an_object_cannot_do_is_a_warning(tmp_path, body, rest, words):
     assert words in " ".join(ModelObject(model=str(path)).warnings)
 
 
-@pytest.mark.parametrize("faces", ["1 3 2|1 2 4|1 4 3|2 3 4", "1 2 3|1 4 2|1 3 4|2 4 3"])
-def test_a_mesh_weighs_as_its_volume_either_side_out(tmp_path, faces):
-    path = tmp_path / "wedge.obj"
-    path.write_text(WEDGE + "\n".join(f"f {face}" for face in faces.split("|")))
-    assert ModelObject(model=str(path)).mass == pytest.approx(1000 * SIZE.prod() / 6)
-
-
-@pytest.mark.parametrize("scale", ["1 -2 1", "-1 -1 -1"])
-def test_a_mirrored_mesh_of_urdf_weighs_as_its_volume(tmp_path, scale):
-    (tmp_path / "wedge.obj").write_text(WEDGE + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    shape = f'<geometry><mesh filename="wedge.obj" scale="{scale}"/></geometry>'
-    path, volume = tmp_path / "m.urdf", SIZE.prod() / 6
-    path.write_text(f'<robot name="m"><link name="b"><collision>{shape}</collision></link></robot>')
-    factors = np.array([float(word) for word in scale.split()])
-    model = ModelObject(model=str(path))
-    assert model.mass == pytest.approx(1000 * volume * abs(factors.prod()))
-    assert model.centre_offset == pytest.approx(0.5 * factors * SIZE, abs=1e-6)
-
-
 def test_a_floating_joint_of_urdf_makes_an_object_free(tmp_path):
     floating = (
         '<link name="world"/><joint name="j" type="floating"><parent link="world"/>'
@@ -421,13 +279,4 @@ def test_prefixes_without_a_namespace_are_read_and_hide_no_other_error(tmp_path)
         ModelObject(model=str(path))
     path.write_text("<!DOCTYPE robot>" + text.format("</gazebo:old>"))
     with pytest.raises(ModelError, match="DOCTYPE"):
-        ModelObject(model=str(path))
-
-
-@pytest.mark.parametrize("place", ['xyz="0 NaN 0"', 'rpy="nan 0 0"'])
-def test_nan_of_urdf_is_refused_with_its_place(tmp_path, place):
-    path = tmp_path / "m.urdf"
-    text = BODY.format("2e-5", "", BOX).replace("<collision>", f"<collision><origin {place}/>")
-    path.write_text(f'<robot name="m">{text}</robot>')
-    with pytest.raises(ModelError, match=r"m.urdf:2: <origin>: ... has NaN"):
         ModelObject(model=str(path))

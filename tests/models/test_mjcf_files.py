@@ -3,10 +3,9 @@
 import os
 import time
 
-import mujoco
 import pytest
 
-from bt_manip.models import ModelError, check_mjcf, exact_xml, read_mesh
+from bt_manip.models import ModelError, check_mjcf
 
 GOOD = '<mujoco>{}<worldbody><geom type="box" size=".1 .1 .1"/></worldbody></mujoco>'
 
@@ -81,32 +80,3 @@ def test_a_model_of_absurd_size_is_refused_at_once(tmp_path):
         path.write_text(f"<mujoco><worldbody>{inside}</worldbody></mujoco>")
         with pytest.raises(ModelError, match=message):
             check_mjcf(path)
-
-
-def test_a_polygon_of_absurd_size_is_refused_at_once(tmp_path):
-    path = tmp_path / "polygon.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf" + " 1 2 3" * 20_000)
-    with pytest.raises(ModelError, match="a line of more than 65536 characters"):
-        read_mesh(path)
-
-
-def test_an_obj_file_of_absurdly_many_groups_has_no_parts(tmp_path):
-    path = tmp_path / "groups.obj"
-    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
-    solid = "o one\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    start = time.monotonic()
-    path.write_text(corners + solid * 20_000)
-    assert read_mesh(path).convex_parts == ()
-    assert time.monotonic() - start < 4.0
-
-
-def test_each_shape_of_a_body_is_written_with_all_its_digits():
-    spec = mujoco.MjSpec.from_string(
-        '<mujoco><worldbody><body><geom size=".1234567891" pos=".2345678912 0 0"/>'
-        '<geom type="box" size=".1 .2 .3456789123" quat=".8 .1 .2 .3"/><geom size=".2"/>'
-        "</body></worldbody></mujoco>"
-    )
-    model, found = spec.compile(), mujoco.MjModel.from_xml_string(exact_xml(spec))
-    assert found.geom_size == pytest.approx(model.geom_size, abs=1e-12)
-    assert found.geom_pos == pytest.approx(model.geom_pos, abs=1e-12)
-    assert found.geom_quat == pytest.approx(model.geom_quat, abs=1e-12)

@@ -72,6 +72,10 @@ def test_a_urdf_is_found_in_a_package_of_the_environment(tmp_path, monkeypatch):
     [
         (("<robot", "<!DOCTYPE robot><robot"), "DOCTYPE"),
         (("</robot>", ""), "not XML"),
+        (('xyz="0 0 0.25"', 'xyz="0 NaN 0.25"'), r"arm.urdf:5: <origin>: xyz has NaN"),
+        (('<link name="base">', '<link name="base"><visual><origin rpy="nan 0 0"/></visual>'),
+         r"arm.urdf:2: <origin>: rpy has NaN"),
+        (('ixx="0.0123456789"', 'ixx="1e-5x"'), "Element 'inertia', line 2"),
         (("type=\"revolute\"", "type=\"wobbly\""), "MuJoCo cannot read it"),
         (("</link>\n<joint", '<collision><geometry><mesh filename="no.stl"/></geometry></collision>'
           "</link>\n<joint"), r"arm\.urdf:\d+: there is no mesh 'no.stl'"),

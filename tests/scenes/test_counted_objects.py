@@ -1,4 +1,4 @@
-"""Objects of a scene that are alike, and the sizes of a table."""
+"""Objects of a scene that are alike."""
 
 import mujoco
 import numpy as np
@@ -92,20 +92,3 @@ def test_what_cannot_be_counted_is_named_with_its_line(read, text, message):
     with pytest.raises(SceneError) as raised:
         read(text)
     assert message in str(raised.value) and len(raised.value.problems) == 1
-
-
-def test_a_table_has_the_given_top_and_height(read, parts):
-    text = PARTS.replace('"table"\n', '"table"\nsize = [1.0, 1.2]\nheight = 0.7\n', 1)
-    cell = build_station(parts, scene=read(text)).cell
-    model = cell.model
-    lower = model.geom("table/top").pos - model.geom("table/top").size
-    upper = model.geom("table/top").pos + model.geom("table/top").size
-    np.testing.assert_allclose(upper, (0.5, 0.6, 0.7))
-    np.testing.assert_allclose(lower, (-0.5, -0.6, 0.67))
-    for i in range(4):
-        leg = model.geom(f"table/leg{i}")
-        radius, half = leg.size[:2]
-        assert (abs(leg.pos[:2]) + radius <= (0.5, 0.6)).all()
-        assert leg.pos[2] - half - radius == pytest.approx(0.0)
-        assert leg.pos[2] + half + radius <= lower[2] + 1e-9 + 0.03
-    assert cell.pose("part_1").translation[2] == pytest.approx(0.7 + 0.025, abs=2e-3)

@@ -120,3 +120,8 @@ def test_a_level_is_a_parameter_and_given_settings_are_kept(parts):
     given = request_of("pick_place", parts, settings=settings, varied={"scene.pose": 2})
     assert with_varied(given, parts)[0].settings == settings
     assert not table_and_basket().randomization and str(Level()) == "-"
+    known = levels_of(table_and_basket())
+    assert [str(known["size"][n]) for n in (1, 2)] == [
+        "cube size 0.045 to 0.055", "cube size 0.03 to 0.06"
+    ]  # fmt: skip
+    assert str(known["colour"][1]) == "cube colour 0.1 to 0.9"

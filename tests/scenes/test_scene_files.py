@@ -1,18 +1,17 @@
 """A scene from a file is what the file says, or all that is wrong is said at once."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.cell import CellError, extent
+from bt_manip.cell import CellError
 from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
-from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunRequest, find_tree, prepare
-from bt_manip.scenes import table_and_basket, two_arms
+from bt_manip.scenes import Fixture, Scene, SceneObject, table_and_basket, two_arms
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
 from bt_manip.toml import line_numbers, line_of
@@ -115,24 +114,6 @@ def test_several_robots_stand_where_the_file_says_each_with_its_own_gains(write,
                                -right.robot.tool_pose.translation[0], atol=1e-4)  # fmt: skip
 
 
-def test_a_free_place_in_a_region_is_drawn_from_the_seed(write, parts):
-    text = TABLE + "".join(
-        f'[[objects]]\nmodel = "cube"\nname = "{name}"\non = "table"\n'
-        "region = { x = [0.2, 0.34], y = [-0.07, 0.07] }\n"
-        for name in ("one", "two")
-    )
-    scene = read_scene(write(text), parts)
-
-    def places(seed: int) -> np.ndarray:
-        cell = build_station(parts, scene=scene, seed=seed).cell
-        return np.array([cell.pose(name).translation for name in ("one", "two")])
-
-    first = places(0)
-    assert (first == places(0)).all()
-    assert (first != places(1))[:, :2].all()
-    assert np.linalg.norm(first[0] - first[1]) > 0.05  # neither is inside the other
-
-
 def test_models_and_robots_are_found_beside_the_file(write, parts, tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "peg.xml").write_text(
@@ -146,23 +127,6 @@ def test_models_and_robots_are_found_beside_the_file(write, parts, tmp_path):
         read_scene(write(wrong), parts)
 
 
-def test_randomization_is_written_as_variations(write, parts):
-    text = (
-        TABLE
-        + """
-        [randomization.objects.cube]
-        mass = { uniform = [0.1, 0.2] }
-        [randomization.lights.key]
-        brightness = 0.5
-        """
-    )
-    station = build_station(parts, scene=read_scene(write(text), parts))
-    station.randomizer.begin(0)
-    assert station.randomizer.sampled == {"lights": {"key": {"brightness": 0.5}}}
-    name = station.cell.add(station.models.create("cube"), pose((0.3, 0.0, 2.0)))
-    assert 0.1 <= station.cell.overrides[name]["mass"] <= 0.2
-
-
 @pytest.mark.parametrize(
     "path", sorted(bundled_root("scenes").glob("*.toml")), ids=lambda p: p.stem
 )
@@ -171,30 +135,6 @@ def test_bundled_scenes_can_be_built_and_begun(path, parts):
     station.randomizer.begin(0)
     assert station.randomizer.sampled
     assert path.stem in parts.scenes
-
-
-def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts, tmp_path):
-    tree = tmp_path / "tree.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><SpawnObject model="cube" '
-        'on="table" object="{object}"/><WaitUntilAtRest object="{object}"/></Sequence>'
-        "</BehaviorTree></root>"
-    )
-    digests, told = [], []
-    for _ in range(2):
-        recorder = Recorder("", 1)
-        request = RunRequest(find_tree(str(tree), {}), scene="varied_pick", seed=1, cycles=2)
-        prepare(request, parts).execute([recorder])
-        report = recorder.report()
-        assert report.status == "SUCCESS", [cycle.reason for cycle in report.cycles]
-        digests.append(report.state_digest)
-        told.append([cycle.randomized for cycle in report.cycles])
-    assert digests[0] == digests[1]
-    assert told[0] == told[1]
-    first, second = told[0]
-    assert first["objects"].keys() == {"cube", "basket"}
-    assert first["objects"]["cube"].keys() == {"mass", "friction", "size", "colour"}
-    assert first["objects"]["cube"]["mass"] != second["objects"]["cube"]["mass"]
 
 
 def test_the_basket_of_the_table_stands_across_and_two_arms_face_each_other():
@@ -208,6 +148,18 @@ def test_the_basket_of_the_table_stands_across_and_two_arms_face_each_other():
     for one, opposite in ((left.T_wb, right.T_wb), (near.T_wo, far.T_wo)):
         assert opposite.isApprox(half_turn * one) and one.rotation == pytest.approx(np.eye(3))
     assert near.T_wo.translation[:2] == pytest.approx([-0.3, 0.3])
+
+
+def test_objects_of_a_scene_are_still_accepted_and_read_as_fixtures():
+    scene = table_and_basket()
+    table = scene.objects[:1]
+    assert Fixture is SceneObject
+    with pytest.warns(DeprecationWarning, match="'fixtures' of Scene is now 'objects'"):
+        assert Scene(scene.robots, fixtures=table).objects == table
+    with pytest.warns(DeprecationWarning, match="'fixtures' of Scene is now 'objects'"):
+        assert replace(scene, fixtures=table).objects == table
+    with pytest.warns(DeprecationWarning, match=r"Scene.fixtures is now Scene.objects"):
+        assert scene.fixtures == scene.objects
 
 
 def test_a_file_may_say_which_seed(write, parts):
@@ -307,17 +259,6 @@ def test_what_cannot_stand_together_is_said_with_the_file(write, parts, text, me
     assert str(raised.value).startswith(str(path))
 
 
-def test_an_object_may_overhang_its_support_up_to_its_middle(write, parts):
-    def station(at):
-        text = TABLE + f'[[objects]]\nmodel = "cube"\non = "table"\nposition = [{at}, 0]\n'
-        return build_station(parts, scene=read_scene(write(text), parts))
-
-    upper = extent(station(0.0).cell, "table")[1]
-    station(upper[0] - 1e-3)
-    with pytest.raises(CellError, match="but 0.001 m beside it"):
-        station(upper[0] + 1e-3)
-
-
 @pytest.mark.parametrize(
     ("kind", "count", "line", "most"),
     [("objects", 251, 3, 250), ("robots", 17, 1, 16)],
@@ -343,6 +284,16 @@ def test_all_that_is_wrong_is_said_at_once(write, parts):
         read_scene(write(text), parts)
     lines = [int(re.search(r"toml:(\d+):", problem)[1]) for problem in raised.value.problems]
     assert sorted(lines) == [1, 3, 4, 6, 9, 10]
+
+
+def test_without_registered_parts_their_names_are_not_checked(write):
+    text = (
+        ROBOT + 'robot = "a"\ncontroller = "b"\nplanner = "c"\n[[objects]]\nmodel = "d"\nsize = 9\n'
+    )
+    scene = read_scene(write(text))
+    (robot,), (thing,) = scene.robots, scene.objects
+    assert (robot.description, robot.controller, robot.planner, thing.model) == ("a", "b", "c", "d")
+    assert thing.parameters == {"size": 9}
 
 
 def test_a_missing_file_is_one_error(tmp_path, parts):

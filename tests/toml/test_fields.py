@@ -13,9 +13,11 @@ from bt_manip.robots import RobotDescription, RobotError, panda
 from bt_manip.toml import (
     Key,
     TomlFile,
+    TomlTable,
     check_fields,
     documented,
     entries_of,
+    plain,
     pose_entries,
     read_fields,
     read_part,
@@ -92,6 +94,54 @@ def test_what_is_made_in_python_is_checked_like_a_file():
         check_fields(replace(FULL, loads=(1.0,)), "my cart", RobotError)
 
 
+@dataclass(frozen=True)
+class Sizes:
+    """Lists of bounded lengths."""
+
+    two: Annotated[tuple[float, ...], Key("Two", size=2)] = ()
+    few: Annotated[tuple[float, ...], Key("Two to four", size=(2, 4))] = ()
+    names: Annotated[tuple[str, ...], Key("Any")] = ()
+    pair: Annotated[tuple[str, ...], Key("Two", size=2)] = ()
+    some: Annotated[tuple[str, ...], Key("Two to three", size=(2, 3))] = ()
+    most: Annotated[float, Key("Bounded", at_most=2.0)] = 0.0
+    whole: Annotated[int, Key("Bounded", at_least=2, at_most=5)] = 2
+
+
+@pytest.mark.parametrize(
+    ("key", "valid", "invalid", "message"),
+    [
+        ("two", ("[1, 2]",), ("[1]", "[1, 2, 3]"), "is a list of 2 numbers, got"),
+        ("few", ("[1, 2]", "[1, 2, 3, 4]"), ("[1]", "[1, 2, 3, 4, 5]"), "a list of 2 to 4 numbers"),
+        (
+            "names",
+            ('["a"]', '["a", "b", "c"]'),
+            ("[]", '["a", "a"]'),
+            "a list of at least one name",
+        ),
+        ("pair", ('["a", "b"]',), ('["a"]', '["a", "b", "c"]'), "is a list of 2 names, each once"),
+        (
+            "some",
+            ('["a", "b"]', '["a", "b", "c"]'),
+            ('["a"]', '["a", "b", "c", "d"]'),
+            "2 to 3 names",
+        ),
+        ("most", ("2", "-1e10"), ("2.1", "-1.1e10", "inf", "true"), "is a .*number"),
+        ("whole", ("2", "5"), ("1", "6", "2.0"), "is a .*number"),
+    ],
+)
+def test_lists_and_numbers_are_accepted_within_their_bounds(tmp_path, key, valid, invalid, message):
+    def table(text: str) -> TomlTable:
+        (tmp_path / "sizes.toml").write_text(f"{key} = {text}\n")
+        return TomlFile(tmp_path / "sizes.toml", "sizes", BtManipError).whole
+
+    for text in valid:
+        value = read_fields(Sizes, table(text))[key]
+        assert write_fields(Sizes(**{key: value})) == {key: plain(value)} or value == 2
+    for text in invalid:
+        with pytest.raises(BtManipError, match=f"sizes.toml:1: key '{key}' .*{message}"):
+            read_fields(Sizes, table(text))
+
+
 def test_a_part_without_a_key_that_it_needs_is_none(tmp_path):
     path = tmp_path / "cart.toml"
     path.write_text("[cart]\ncolour = 'red'\n")
@@ -126,5 +176,5 @@ def test_a_pose_is_written_without_what_is_of_the_identity():
     turned = (0.7, 0.1, 0.5, 0.5)
     assert pose_entries(spatial.pose((0.0, 0.0, 0.0))) == {}
     assert pose_entries(spatial.pose((1.0, 0.0, 0.0))) == {"position": [1.0, 0.0, 0.0]}
-    entries = pose_entries(spatial.pose((0.0, 0.0, 0.0), turned))
-    assert entries == {"quat_wxyz": pytest.approx(turned)}
+    entries = pose_entries(spatial.pose((0.0, 1e-11, 1e-13), turned))
+    assert entries == {"position": [0.0, 1e-11, 0.0], "quat_wxyz": pytest.approx(turned)}

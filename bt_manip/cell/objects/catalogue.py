@@ -106,7 +106,8 @@ class Catalogue:
         """Create an object from a model; meshes of containers are decomposed into convex parts."""
         category = parameters.get("category")
         if category is not None:
-            check_known(category, self._categories())
+            known = (as_object(self._registered.get(name)).category for name in self._registered)
+            check_known(category, (word for word in known if isinstance(word, str)))
         if category == CONTAINER and convex is None:
             if can_decompose():
                 convex = "parts"
@@ -119,11 +120,6 @@ class Catalogue:
         made = ModelObject(model, convex=convex, **parameters)
         self._warnings.update(dict.fromkeys(made.warnings))
         return made
-
-    def _categories(self) -> set[str]:
-        """Return the categories of all registered objects, plugins included."""
-        found = (as_object(self._registered.get(name)).category for name in self._registered)
-        return {category for category in found if isinstance(category, str)}
 
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:

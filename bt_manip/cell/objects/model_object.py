@@ -1,7 +1,6 @@
 """Objects from any model address."""
 
 import contextlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +100,15 @@ class ModelObject(Prop):
         }
         self._bounds = bounds_of(alone)
         self._mass = float(alone.body_mass[1:].sum())
-        self._apply(mass, friction, colour)
+        if mass is not None:
+            if self._mass <= 0:
+                raise CellError(f"'{self.kind}' has no mass to change")
+            _scale_mass(root, mass / self._mass)
+            self._mass = float(mass)
+        if friction is not None:
+            self._set_friction(friction)
+        if colour is not None:
+            self._set_colour(colour)
         self.free = self._find_free(model, loose > 0, alone)
         if loose > 1:
             warnings.append(f"{self.kind}: its {loose} free bodies move as one, not by themselves")
@@ -148,19 +155,6 @@ class ModelObject(Prop):
             return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
         except ValueError as error:
             raise CellError(f"{model.address}: MuJoCo refuses it: {one_line(error)}") from error
-
-    def _apply(
-        self, mass: float | None, friction: float | None, colour: Sequence[float] | None
-    ) -> None:
-        if mass is not None:
-            if self._mass <= 0:
-                raise CellError(f"'{self.kind}' has no mass to change")
-            _scale_mass(self._mjcf_root, mass / self._mass)
-            self._mass = float(mass)
-        if friction is not None:
-            self._set_friction(friction)
-        if colour is not None:
-            self._set_colour(colour)
 
     def _collides(self, geom: mjcf.Element) -> bool:
         return geom.full_identifier in self._touchable
@@ -261,18 +255,14 @@ def _scale_mass(root: mjcf.RootElement, share: float) -> None:
     for body in root.find_all("body"):
         if body.inertial is None:
             for geom in body.find_all("geom", immediate_children_only=True):
-                _scale_geom(geom, share)
+                density = value_of(geom, "density")
+                if (mass := value_of(geom, "mass")) is not None:
+                    geom.mass = mass * share
+                else:
+                    geom.density = (1000.0 if density is None else density) * share
             continue
         body.inertial.mass *= share
         for moments in ("diaginertia", "fullinertia"):
             value = getattr(body.inertial, moments)
             if value is not None:
                 setattr(body.inertial, moments, value * share)
-
-
-def _scale_geom(geom: mjcf.Element, share: float) -> None:
-    mass, density = value_of(geom, "mass"), value_of(geom, "density")
-    if mass is not None:
-        geom.mass = mass * share
-        return
-    geom.density = (1000.0 if density is None else density) * share

@@ -31,7 +31,6 @@ def correct_inertias(
     """
     data = mujoco.MjData(alone)
     mujoco.mj_kinematics(alone, data)
-    mujoco.mj_comPos(alone, data)
     solid: mujoco.MjModel | None = None
     for body in root.find_all("body"):
         i = mujoco.mj_name2id(alone, mujoco.mjtObj.mjOBJ_BODY, body.full_identifier)

@@ -339,8 +339,6 @@ class ArenaModel:
 
     def _physics(self) -> CompiledPhysics:
         """Return the physics of the arena, cached or compiled, in its initial state."""
-        if not self.cache.limit:
-            return CompiledPhysics(self._mj_model(), self.arena, self.attachments)
         key = CacheKey(
             self._tracker.arena_edits(),
             tuple((n, a.entity, a.free) for n, a in self.attachments.items()),
@@ -350,17 +348,10 @@ class ArenaModel:
         kept = self.cache.take(key)
         if kept is not None:
             return kept
-        new = CompiledPhysics(self._mj_model(), self.arena, self.attachments)
+        model = self._writer.compile(a.entity.mjcf_model for a in self.attachments.values())
+        new = CompiledPhysics(model, self.arena, self.attachments)
         self.cache.register(new, key)
         return new
-
-    def _mj_model(self) -> mujoco.MjModel:
-        """Compile the arena.
-
-        Raises:
-            ValueError: If MuJoCo or PyMJCF rejects it.
-        """
-        return self._writer.compile(a.entity.mjcf_model for a in self.attachments.values())
 
 
 def _reason(error: BaseException) -> str:

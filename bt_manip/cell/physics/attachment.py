@@ -35,12 +35,8 @@ class Attachment(NamedTuple):
     @classmethod
     def described(cls, entity: composer.Entity, description: Mapping[str, Any]) -> "Attachment":
         """Attach an entity as described."""
-        return cls(
-            entity,
-            tuple(description["position"]),
-            tuple(description["quat_wxyz"]),
-            description["free"],
-        )
+        position, quat_wxyz = (tuple(description[key]) for key in ("position", "quat_wxyz"))
+        return cls(entity, position, quat_wxyz, description["free"])
 
     @property
     def pose(self) -> pin.SE3:

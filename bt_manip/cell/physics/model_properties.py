@@ -148,10 +148,8 @@ def _set_direction(model: mujoco.MjModel, nominal: mujoco.MjModel, light: Ids, v
 
 
 def _set_rotation(model: mujoco.MjModel, nominal: mujoco.MjModel, camera: Ids, value: Any) -> None:
-    angle = float(np.linalg.norm(value))
-    turn, turned = np.empty(4), np.empty(4)
-    mujoco.mju_axisAngle2Quat(turn, np.asarray(value) / (angle or 1.0), angle)
-    mujoco.mju_mulQuat(turned, nominal.cam_quat[camera[0]], turn)
+    turned = nominal.cam_quat[camera[0]].copy()
+    mujoco.mju_quatIntegrate(turned, value, 1.0)
     model.cam_quat[camera[0]] = turned
 
 

@@ -195,11 +195,7 @@ class Randomizer:
     # Checks
 
     def _check(self) -> None:
-        """Check all names and properties.
-
-        Raises:
-            CellError: If one of them does not exist.
-        """
+        """Check all names and properties."""
         random = self._randomization
         for name in random.robots:
             if name not in self._robots:
@@ -303,11 +299,7 @@ class Randomizer:
         return value
 
     def _place(self, name: str) -> None:
-        """Sample parameters and pose of a scene object until its pose is free.
-
-        Raises:
-            CellError: If no pose was free in `ATTEMPTS` attempts, or a parameter is impossible.
-        """
+        """Sample parameters and pose of a scene object until its pose is free."""
         variations = dict(self._variations("objects", name, self._cell.entities[name]))
         made = {key: v for key, v in variations.items() if key not in (*PHYSICAL, *POSE)}
         posed = {key: v for key, v in variations.items() if key in POSE}
@@ -397,11 +389,7 @@ def _nominal_value(model: mujoco.MjModel, element: str, key: str) -> Any:
 
 
 def _extremes(kind: str, name: str, key: str, varied: Varied, nominal: Any) -> list[Any]:
-    """Return the extreme samples of a property, if its distribution is known.
-
-    Raises:
-        CellError: If they are not finite, or the shapes of variation and property differ.
-    """
+    """Return the extreme samples of a property, if its distribution is known."""
     try:
         found = extremes(varied, nominal)
     except (TypeError, ValueError) as error:
@@ -435,17 +423,9 @@ def _copied(values: Mapping[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
 def _add_noise_and_delay(
     entity: composer.Entity, name: str, *, noise: Varied = None, delay: float | None = None
 ) -> None:
-    """Set noise and delay of an entity's observable, as composer's corruptor and delay.
+    """Set noise and delay [steps] of an entity's observable, as composer's corruptor and delay.
 
-    Args:
-        entity: The entity.
-        name: Name of the observable.
-        noise: Variation, sampled for each observation. A variation of the value (``plus``,
-            ``times``: composer's ``noises``) replaces the observation, others are added to it.
-        delay: Number of steps.
-
-    Raises:
-        CellError: If the entity has no such observable, or the delay is not a number of steps.
+    A variation of the value (``plus``, ``times``) replaces the observation, others are added to it.
     """
     known = entity.observables.as_dict(fully_qualified=False)
     if name not in known:

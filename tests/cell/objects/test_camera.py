@@ -82,6 +82,8 @@ def test_an_image_is_of_now_and_of_what_is_there_now(cell):
     ("parameters", "message"),
     [
         ({"fovy": 180.0}, "fovy must be a number above 0 and below 180 .degrees., got 180"),
+        ({"fovy": 0.0}, "fovy must be a number above 0 and below 180 .degrees., got 0"),
+        ({"height": 8193}, "height must be a whole number from 1 to 8192 .pixels., got 8193"),
         ({"width": 0}, "width must be a whole number from 1 to 8192 .pixels., got 0"),
     ],
 )
@@ -91,13 +93,16 @@ def test_impossible_cameras_are_refused(parameters, message):
 
 
 def test_a_camera_looks_at_what_it_is_told_to():
-    for target in ((0.3, -0.2, 0.1), (1.0, 2.0, -3.0)):
-        T = looking_at((1.0, 2.0, 3.0), target)
-        forward = -T.rotation[:, 2]
-        np.testing.assert_allclose(
-            T.translation + forward * np.linalg.norm(T.translation - target), target, atol=1e-12
-        )
-        np.testing.assert_allclose(T.rotation.T @ T.rotation, np.eye(3), atol=1e-12)
-    assert looking_at((1, 0, 1), (0, 0, 0)).rotation[2, 1] > 0  # upright
+    eye = np.array([1.0, 2.0, 3.0])
+    for forward, up in (
+        ((-0.7, -2.2, -2.9), (0, 0, 1)), ((0.1, 0.2, 3.0), (0, 0, 1)),
+        ((0.0, 0.05, -1.0), (0, 0, 1)),  # 2.9 degrees beside the vertical
+        ((0.0, 0.04, -1.0), (1, 0, 0)), ((0.0, 0.0, -6.0), (1, 0, 0)), ((0, 0, 2), (1, 0, 0)),
+    ):  # fmt: skip
+        T = looking_at(eye, eye + forward)
+        assert (T.translation == eye).all() and np.linalg.det(T.rotation) == pytest.approx(1.0)
+        assert -T.rotation[:, 2] == pytest.approx(forward / np.linalg.norm(forward))
+        assert T.rotation[:, 0] @ up == pytest.approx(0.0) and T.rotation[:, 1] @ up > 0.0
+        assert T.rotation.T @ T.rotation == pytest.approx(np.eye(3))
     with pytest.raises(CellError, match="its own position"):
         looking_at((1, 2, 3), (1, 2, 3))

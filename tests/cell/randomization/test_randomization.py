@@ -1,7 +1,6 @@
 """Each value follows from seed, cycle and name, and from nothing else."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -15,7 +14,6 @@ from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import InitialObject, Randomization, Randomizer, parse_variation
 from bt_manip.cell.randomization.variations import extremes, sample, stream
-from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {
@@ -64,23 +62,14 @@ def test_the_same_seed_and_cycle_give_the_same_bits_in_any_order(parts):
     lines = {"objects": {"cube": MASS, "can": {"friction": distributions.Normal(1.0, 0.1)}}}
     one, other = Varied(parts, 7, **lines), Varied(parts, 7, **lines)
     first = [one.begin(cycle) for cycle in range(4)]
+    np.random.seed(2)  # the global random numbers are neither used nor changed
+    before = np.random.get_state()[1].tobytes()
     assert [other.begin(cycle) for cycle in (3, 1, 0, 2)] == [first[i] for i in (3, 1, 0, 2)]
     masses = {drawn["objects"]["cube"]["mass"] for drawn in first}
     assert len(masses) == 4
     assert all(0.05 <= mass <= 0.3 for mass in masses)
+    assert np.random.get_state()[1].tobytes() == before
     assert Varied(parts, 8, **lines).begin(0) != first[0]
-
-
-def test_nothing_is_drawn_from_the_global_randomness(unvaried):
-    def drawn(seed: int) -> dict:
-        np.random.seed(seed)
-        before = np.random.get_state()[1].tobytes()
-        randomizer = unvaried.randomize(objects={"cube": MASS})
-        randomizer.begin(0)
-        assert np.random.get_state()[1].tobytes() == before
-        return randomizer.sampled
-
-    assert drawn(1) == drawn(2)
 
 
 def test_a_line_more_leaves_all_other_draws_as_they_were(parts):
@@ -199,12 +188,13 @@ def test_planners_and_controllers_know_nothing_of_what_was_drawn(parts):
     cell.add(station.models.create("cube", mass=0.1), pose((0.3, 0.0, 1.04)))
     before = payload_of(cell, "cube", station.robot.tool_pose)
     lines = {"cube": {"mass": 0.4}}
-    robots = {"panda": {"gain": distributions.Uniform(0.9, 1.1)}}
+    robots = {"panda": {"gain": 0.9}}
     Randomizer(
         Randomization(objects=lines, robots=robots), cell, station.models,
         seed=0, scene_objects={}, robots=("panda",),
     ).begin(0)  # fmt: skip
     assert cell.model.body_subtreemass[cell.body_id("cube")] == pytest.approx(0.4)
+    assert cell.overrides["panda"]["gain"] == [0.9] * 9
     known = payload_of(cell, "cube", station.robot.tool_pose)
     assert known.mass == before.mass == pytest.approx(0.1)
     np.testing.assert_array_equal(known.inertia, before.inertia)
@@ -231,7 +221,8 @@ def test_observations_are_as_noisy_as_asked(parts):
         varied.begin(0)
         return observed(varied, steps) - varied.cell.pose("cube").translation
 
-    assert (noisy(500).mean(), noisy(500).std()) == pytest.approx((0.02, 0.01), rel=0.1)
+    many = noisy(500)
+    assert (many.mean(), many.std()) == pytest.approx((0.02, 0.01), rel=0.1)
     assert np.array_equal(noisy(5), noisy(5))
     for scale in ({"times": 1.5}, {"times": 1.5, "within": [-9.0, 9.0]}):  # instead of the value
         assert noisy(1, parse_variation(scale))[0] == pytest.approx([0.1, 0.0, 0.52], abs=1e-3)
@@ -292,6 +283,7 @@ def test_what_is_drawn_and_impossible_is_an_error(unvaried, lines, message):
         (0.3, 0.3, 0.3),
         ({"uniform": [0.1, 0.2]}, 0.1, 0.2),
         ({"integer": [2, 4]}, 2, 4),
+        ({"integer": [-(2**31) + 1, 2**31 - 1]}, -(2**31) + 1, 2**31 - 1),
         ({"choice": [1.0, 5.0]}, 1.0, 5.0),
         ({"times": {"uniform": [0.5, 2.0]}}, 5.0, 20.0),
         ({"plus": {"uniform": [-1.0, 1.0]}}, 9.0, 11.0),
@@ -322,7 +314,7 @@ def test_variations_are_written_as_plain_data(data, low, high):
         ({"uniform": 3}, "'uniform' is two values, got 3"),
         ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
         ({"integer": [0, 1.5]}, "is a range of whole numbers"),
-        ({"integer": [-1e30, 0]}, "'integer' goes up to"),
+        ({"integer": [-(2**31), 0]}, "'integer' goes up to 2147483647"),
         ({"choice": []}, "'choice' is a list of values"),
         ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
         ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),
@@ -358,13 +350,6 @@ def test_what_could_be_drawn_is_checked_before_the_first_cycle(
     for given in (unvaried, without_cube):  # it may be added later
         with pytest.raises(CellError, match=message):
             given.randomize(objects=lines)
-
-
-def test_no_station_is_built_where_something_impossible_could_be_drawn(parts):
-    lines = {"cube": {"mass": parse_variation({"uniform": [-1, 1]})}}
-    scene = replace(table_and_basket(), randomization=Randomization(objects=lines))
-    with pytest.raises(CellError, match="mass .* number above 0"):
-        build_station(parts, scene=scene)
 
 
 def test_distributions_that_cannot_go_wrong_are_accepted(unvaried, without_cube):

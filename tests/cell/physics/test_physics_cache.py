@@ -84,7 +84,7 @@ def test_what_follows_is_that_of_a_compile_to_the_last_bit(change):
         cell = make_cell(kept, robot=True)
         cell.step(180)
         states = []
-        for i in range(3):
+        for i in range(2):
             change(cell, i)
             states.append(cell.state_bytes())
         return states
@@ -93,25 +93,32 @@ def test_what_follows_is_that_of_a_compile_to_the_last_bit(change):
 
 
 KINDS = ("free", "ball", "slide", "hinge")
-BODY = '<body name="{0}"><joint name="{0}" type="{0}"/><geom size="0.1"/></body>'
+BODY = """<body name="{0}"><joint name="{0}" type="{0}"/><geom size="0.1"/></body>
+<body name="to_{0}" mocap="true"/>"""
 MOTOR = '<general name="m_{0}" joint="{0}" dyntype="integrator"/>'
+LOCK = '<joint name="{0}" joint1="{0}" active="false"/>'
+SENSORS = {"free": "framepos", "ball": "framequat", "slide": "framelinacc", "hinge": "framexaxis"}
+SENSOR = '<{1} name="{0}" objtype="body" objname="{0}"/>'
 
 
-def test_the_state_of_joints_and_motors_is_carried_by_their_names(rng):
+def test_the_state_of_all_elements_is_carried_by_their_names(rng):
     def build(*order):
         bodies = "".join(map(BODY.format, order))
-        motors = "".join(MOTOR.format(kind) for kind in order if kind in KINDS[2:])
+        driven = [kind for kind in order if kind in KINDS[2:]]
+        motors, locks = ("".join(map(text.format, driven)) for text in (MOTOR, LOCK))
+        sensors = "".join(SENSOR.format(kind, SENSORS[kind]) for kind in order)
         model = mujoco.MjModel.from_xml_string(
-            f"<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>"
+            f"<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator>"
+            f"<equality>{locks}</equality><sensor>{sensors}</sensor></mujoco>"
         )
         return model, mujoco.MjData(model)
 
     old, data = build(*KINDS)
     new, target = build("hinge", "slide", "free", "ball")
     for field in ("qpos", "qvel", "qacc", "qacc_warmstart", "qfrc_applied", "act", "ctrl",
-                  "xfrc_applied"):  # fmt: skip
+                  "xfrc_applied", "mocap_pos", "mocap_quat", "sensordata"):  # fmt: skip
         getattr(data, field)[:] = rng.normal(size=getattr(data, field).shape)
-    data.time = 0.7
+    data.time, data.eq_active[:] = 0.7, (0, 1)
     carry_state(old, data, new, target, except_entities=())
     assert target.time == 0.7
     for name in KINDS:
@@ -119,10 +126,15 @@ def test_the_state_of_joints_and_motors_is_carried_by_their_names(rng):
             given, carried = (getattr(d.joint(name), field) for d in (data, target))
             assert (given == carried).all() and given.any()
         assert (target.body(name).xfrc_applied == data.body(name).xfrc_applied).all()
-    assert (target.act == data.act[::-1]).all() and (target.ctrl == data.ctrl[::-1]).all()
+        assert (target.sensor(name).data == data.sensor(name).data).all()
+        source, there = (m.body(f"to_{name}").mocapid[0] for m in (old, new))
+        assert (target.mocap_pos[there] == data.mocap_pos[source]).all()
+        assert (target.mocap_quat[there] == data.mocap_quat[source]).all()
+    for field in ("act", "ctrl", "eq_active"):
+        assert (getattr(target, field) == getattr(data, field)[::-1]).all()
 
 
-def test_a_model_that_was_changed_by_hand_does_not_come_back():
+def test_what_was_changed_by_hand_is_compiled_anew():
     cell = make_cell()
     model = cell.model
     model.opt.gravity[2] = -1.0
@@ -130,29 +142,11 @@ def test_a_model_that_was_changed_by_hand_does_not_come_back():
     cell.remove("other")
     assert cell.model is not model
     assert cell.model.opt.gravity[2] == pytest.approx(-9.81)
-
-
-def test_what_is_altered_is_compiled_anew_and_stays_altered():
-    cell = make_cell()
-    cell.override("cube", mass=2.0)
-    body = cell.body_id("cube")
-    mass = cell.model.body_mass[body]
-    cell.add(objects.Cube(), BESIDE, name="other")
-    cell.remove("other")
-    assert cell.model.body_mass[cell.body_id("cube")] == mass
-    assert cell.nominal_model.body_mass[cell.body_id("cube")] == pytest.approx(0.5 * mass)
-
-
-def test_an_edit_of_the_arena_or_of_a_thing_is_compiled():
-    cell = make_cell()
-    cell.add(objects.Cube(), BESIDE, name="other")
     cell.arena.mjcf_model.option.gravity = (0.0, 0.0, -5.0)
+    cell.add(objects.Cube(), BESIDE, name="other")
+    cell.find("cube").mjcf_model.find_all("geom")[0].rgba = (0.1, 0.2, 0.3, 1.0)
     cell.remove("other")
     assert cell.model.opt.gravity[2] == pytest.approx(-5.0)
-    cell.add(objects.Cube(), BESIDE, name="other")
-    geom = cell.find("cube").mjcf_model.find_all("geom")[0]
-    geom.rgba = (0.1, 0.2, 0.3, 1.0)
-    cell.remove("other")
     assert any(np.allclose(colour, (0.1, 0.2, 0.3, 1.0)) for colour in cell.model.geom_rgba)
 
 

@@ -13,7 +13,6 @@ from bt_manip.spatial import pose
 PARTS = load_plugins(entry_points=()).parts
 NAMES = PARTS.objects.names()
 GRASPABLE = [n for n in NAMES if PARTS.objects.get(n).category == "graspable"]
-HIT = np.zeros(1, np.int32)
 CATEGORIES = {"graspable", "container", "surface", "obstacle", "socket", "sensor"}
 
 
@@ -23,6 +22,14 @@ def standing(thing, free=False):
     cell.add(thing, pose((0, 0, 1)), free=free)
     model = cell.model
     return model, cell.data, np.flatnonzero((model.geom_contype > 0) & (model.geom_bodyid > 0))
+
+
+def distance(built, start, ray):
+    """Give the distance from a point above the origin of a thing to it along a ray [m]."""
+    model, data, _ = built
+    hit = np.zeros(1, np.int32)
+    start, ray = np.add(start, (0, 0, 1)), np.array(ray, float)
+    return mujoco.mj_ray(model, data, start, ray, None, 1, -1, hit)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -46,15 +53,11 @@ def test_every_object_weighs_what_it_says_and_no_more_than_steel_nor_is_slippery
 def test_what_is_graspable_is_free_and_fits_between_fingers(name):
     thing = PARTS.objects.create(name)
     assert thing.free
-    model, data, _ = standing(thing)
-    grip = 1.0 + thing.centre_offset[2]
-    widths = []
-    for d in np.eye(3)[:2]:
-        reached = [
-            mujoco.mj_ray(model, data, side * d + (0, 0, grip), -side * d, None, 1, -1, HIT)
-            for side in (1.0, -1.0)
-        ]
-        widths.append(2.0 - sum(reached))
+    built, grip = standing(thing), (0, 0, thing.centre_offset[2])
+    widths = [
+        2.0 - sum(distance(built, side * d + grip, -side * d) for side in (1.0, -1.0))
+        for d in np.eye(3)[:2]
+    ]
     assert 0 < min(widths) <= 0.075
 
 
@@ -84,45 +87,13 @@ def test_parameters_reach_the_compiled_model_and_make_the_same_object_again():
     assert basket.body_mass.sum() == pytest.approx(1.5)
 
 
-@pytest.mark.parametrize("kind", [objects.Basket, objects.Bin, objects.Tray])
-def test_what_is_put_into_a_container_stays_inside(kind):
-    cell = Cell()
-    cell.add(kind(), pose((0, 0, 0)))
-    cell.add(Cube(), pose((0.05, 0.03, 0.25)))
-    cell.step(800)
-    assert cell.contacts.partners("cube") == [kind.kind]
-    assert cell.pose("cube").translation[2] < 0.05
-
-
-def test_a_mug_holds_what_is_dropped_into_it():
-    cell = Cell()
-    cell.add(objects.Mug(), pose((0, 0, 0)))
-    cell.add(objects.Sphere(radius=0.01), pose((0, 0, 0.05)))
-    cell.step(500)
-    assert cell.contacts.partners("sphere") == ["mug"]
-    assert cell.pose("sphere").translation[2] == pytest.approx(0.004 + 0.01, abs=2e-3)
-
-
-def test_a_shelf_bears_on_each_of_its_boards():
-    cell, shelf = Cell(), objects.Shelf(boards=4)
-    cell.add(shelf, pose((0, 0, 0)))
-    for level in shelf.levels:
-        cell.add(objects.RedBlock(), pose((0, 0, level + 0.02)))
-    cell.step(300)
-    blocks = [name for name in cell.objects if name.startswith("red_block")]
-    assert [cell.pose(name).translation[2] for name in blocks] == pytest.approx(
-        [level + 0.02 for level in shelf.levels], abs=1e-3
-    )
-    assert len(blocks) == 4 and shelf.surface_height == pytest.approx(0.7)
-
-
 def test_blocks_are_of_the_colour_that_their_name_says():
     for index, kind in enumerate((objects.RedBlock, objects.GreenBlock, objects.BlueBlock)):
         assert int(standing(kind())[0].geom_rgba[-1, :3].argmax()) == index
 
 
 def test_a_mesh_has_the_inertia_of_its_hull():
-    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-0.02, 0.02)]
+    corners = list(product((-0.1, 0.1), (-0.05, 0.05), (-0.02, 0.02)))
     model, _, _ = standing(objects.ConvexMesh(points=corners, mass=0.6), free=True)
     sizes = np.array([0.2, 0.1, 0.04])
     expected = 0.6 / 12 * (np.sum(sizes**2) - sizes**2)
@@ -134,7 +105,14 @@ CORNER = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
 @pytest.mark.parametrize(
-    "points", [[], [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]] * 3, [*CORNER, [0, 0, np.nan]]]
+    "points",
+    [
+        [],
+        [[0, 0], [1, 1]],
+        [[0, 0, 0], [1, 0, 0]] * 3,
+        [*CORNER, [0, 0, np.nan]],
+        [*CORNER, [1, 1, 1e-7]],
+    ],
 )
 def test_points_without_a_volume_are_no_mesh(points):
     with pytest.raises(CellError, match="not in one plane|list of points"):
@@ -142,7 +120,7 @@ def test_points_without_a_volume_are_no_mesh(points):
 
 
 def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
-    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-1e-4, 1e-4)]
+    corners = list(product((-0.1, 0.1), (-0.05, 0.05), (-1e-4, 1e-4)))
     assert objects.ConvexMesh(points=corners, mass=0.01).rest_height == pytest.approx(1e-4)
 
 
@@ -180,15 +158,22 @@ def test_things_are_as_long_wide_and_high_as_they_say(thing, lengths):
 
 
 BLOCK = (0.04, 0.045, 1.0)
+PYRAMID = [
+    [x, y, z]
+    for z, half in ((-0.02, 0.02), (0.02, 0.017))
+    for x, y in product((-half, half), repeat=2)
+]
 DEFAULTS = {  # dimensions [m], mass [kg] and friction
     "bin": ([0.3, 0.22, 0.16], 0.008, 0.8, 0.6),
     "block": BLOCK, "red_block": BLOCK, "green_block": BLOCK, "blue_block": BLOCK,
     "yellow_block": BLOCK,
     "bottle": (0.034, 0.2, 0.3, 0.8),
     "box": ([0.06, 0.04, 0.04], 0.1, 1.0),
+    "camera": (45.0, 320, 240),
     "can": (0.033, 0.1, 0.2, 0.7),
     "capsule": (0.018, 0.06, 0.06, 1.0, 5e-4),
     "cylinder": (0.02, 0.05, 0.1, 1.0),
+    "mesh": (PYRAMID, 0.08, 1.0),
     "mug": (0.032, 0.085, 0.004, 0.2, 0.7),
     "shelf": ([0.25, 0.6, 0.7], 3, 0.015, 6.0, 0.6),
     "sphere": (0.025, 0.05, 1.0, 5e-4),
@@ -203,34 +188,65 @@ def test_saved_scenes_may_rely_on_the_defaults_of_objects(name):
     assert (*(v for key, v in parameters.items() if key != "colour"),) == DEFAULTS[name]
 
 
+def test_a_table_has_the_given_top_and_height_and_legs_as_far_inside_as_usual():
+    usual, table = objects.Table(), objects.Table(size=(1.0, 1.2), height=0.7)
+    assert usual.surface_height == 1.015 and table.surface_height == pytest.approx(0.7)
+    (before, _, _), (model, _, _) = standing(usual), standing(table)
+    top = model.geom("table/top")
+    assert (*(top.pos - top.size), *(top.pos + top.size)) == pytest.approx(
+        (-0.5, -0.6, 0.67, 0.5, 0.6, 0.7)
+    )
+    for i in range(4):
+        leg, old = (m.geom(f"table/leg{i}") for m in (model, before))  # of a top of 1.5 x 0.8 m
+        moved = [*(np.sign(old.pos[:2]) * (-0.25, 0.2)), -0.315 / 2]
+        assert leg.pos == pytest.approx(old.pos + moved)
+        assert leg.size == pytest.approx(old.size - (0.0, 0.315 / 2, 0.0))
+    for wrong in ({"size": (1.0,)}, {"size": (0.1, 1.0)}, {"height": 0.09}):
+        with pytest.raises(CellError, match="size|height"):
+            objects.Table(**wrong)
+    objects.Table(size=(0.2, 0.2), height=0.1)
+
+
 def test_a_bottle_tapers_in_even_steps_from_its_belly_to_its_neck():
-    model, data, _ = standing(objects.Bottle(radius=0.03, height=0.2))
-    widths = []
-    for part in (0.3, 0.5, 0.57, 0.615, 0.66, 0.7, 0.99):
-        side = np.array([1.0, 0.0, 1.0 + 0.2 * part])
-        widths.append(1.0 - mujoco.mj_ray(model, data, side, -np.eye(3)[0], None, 1, -1, HIT))
-    assert widths[:2] == pytest.approx([0.03] * 2) and widths[5] == pytest.approx(widths[6])
-    assert (np.diff(widths[1:6]) < -0.0029).all() and np.diff(widths[2:5], n=2) == pytest.approx(0)
+    bottle = standing(objects.Bottle(radius=0.03, height=0.2))
+    widths = [
+        1.0 - distance(bottle, (1, 0, 0.2 * part), (-1, 0, 0))
+        for part in (0.01, 0.54, 0.56, 0.59, 0.6, 0.63, 0.64, 0.67, 0.69, 0.99)
+    ]
+    steps = np.repeat([1.0, 0.9, 0.73, 0.56, 0.45], 2)
+    assert widths == pytest.approx(0.03 * steps)
 
 
-def test_a_shelf_is_open_in_front_and_a_mug_above_and_in_its_handle():
-    def distance(built, start, ray):
-        model, data, _ = built
-        start = np.array(start) + [0.0, 0.0, 1.0]
-        return mujoco.mj_ray(model, data, start, np.array(ray), None, 1, -1, HIT)
+def test_a_shelf_has_its_boards_at_even_heights_between_walls_and_is_open_in_front():
+    shelf = objects.Shelf(size=(0.2, 0.5, 0.7), boards=4, thickness=0.025)
+    assert (*shelf.levels, shelf.surface_height) == pytest.approx((0.025, 0.25, 0.475, 0.7, 0.7))
+    built = standing(shelf)
+    for level in shelf.levels:
+        assert distance(built, (0.02, 0.1, level + 0.1), (0, 0, -1)) == pytest.approx(0.1)
+    assert distance(built, (-1, 0.2, 0.2), (1, 0, 0)) == pytest.approx(1 + 0.1 - 0.025)
+    for side in (-1, 1):
+        assert distance(built, (-0.05, 0, 0.2), (0, side, 0)) == pytest.approx(0.25 - 0.025)
+    assert built[0].geom("shelf/board_1").size == pytest.approx([0.1, 0.225, 0.0125])
+    for boards in (1, 101):
+        with pytest.raises(CellError, match="boards must be a whole number from 2 to 100"):
+            objects.Shelf(boards=boards)
+    assert len(objects.Shelf(boards=100).levels) == 100
 
-    shelf = standing(objects.Shelf(size=(0.2, 0.5, 0.6), boards=3, thickness=0.02))
-    assert distance(shelf, (-1.0, 0.2, 0.2), (1.0, 0.0, 0.0)) == pytest.approx(1.0 + 0.1 - 0.02)
-    for side in (-1.0, 1.0):
-        assert distance(shelf, (-0.05, 0.0, 0.2), (0.0, side, 0.0)) == pytest.approx(0.25 - 0.02)
-    assert shelf[0].geom("shelf/board_1").size == pytest.approx([0.1, 0.23, 0.01])
+
+def test_a_mug_is_open_above_and_in_its_handle():
     mug = standing(objects.Mug(radius=0.03, height=0.08, wall=0.005))
-    assert distance(mug, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)) == pytest.approx(1.0 - 0.005)
-    assert distance(mug, (0.0, 0.0, 0.04), (-1.0, 0.0, 0.0)) == pytest.approx(0.025, abs=5e-4)
-    assert distance(mug, (0.04, 0.0, 0.04), (1.0, 0.0, 0.0)) == pytest.approx(0.012 - 0.0045)
-    assert distance(mug, (0.04, 0.0, 0.04), (-1.0, 0.0, 0.0)) == pytest.approx(0.01, abs=5e-4)
-    for up in (-1.0, 1.0):
-        assert distance(mug, (0.04, 0.0, 0.04), (0.0, 0.0, up)) == pytest.approx(0.02 - 0.0045)
+    for x, top in ((0.0, 0.005), (0.0275, 0.08), (-0.0275, 0.08), (0.04, 0.0645), (0.052, 0.0645)):
+        assert distance(mug, (x, 0, 1), (0, 0, -1)) == pytest.approx(1 - top)
+    for z in (0.02, 0.04, 0.06):
+        assert distance(mug, (0, 0, z), (1, 0, 0)) == pytest.approx(0.025, abs=1e-6)
+        assert distance(mug, (1, 0, z), (-1, 0, 0)) == pytest.approx(1 - 0.0565)
+    for x in (0.04, 0.052):
+        assert distance(mug, (x, 0, -1), (0, 0, 1)) == pytest.approx(1 + 0.0155)
+        assert distance(mug, (x, 1, 0.06), (0, -1, 0)) == pytest.approx(1 - 0.0045)
+    for ray, reach in (((-1, 0, 0), 0.01), ((1, 0, 0), 0.0075)):
+        assert distance(mug, (0.04, 0, 0.04), ray) == pytest.approx(reach, abs=1e-6)
+    for up in (-1, 1):
+        assert distance(mug, (0.04, 0, 0.04), (0, 0, up)) == pytest.approx(0.02 - 0.0045)
 
 
 def test_tall_objects_are_gripped_3_cm_below_their_top_and_round_ones_do_not_roll_for_ever():
@@ -248,26 +264,48 @@ def test_tall_objects_are_gripped_3_cm_below_their_top_and_round_ones_do_not_rol
 @pytest.mark.parametrize("kind", [objects.Bin, objects.Tray])
 def test_a_container_is_hollow_between_walls_of_its_thickness(kind):
     (x, y, z), wall = (0.3, 0.2, 0.05), 0.01
-    model, data, _ = standing(kind(size=(x, y, z), wall=wall))
+    built = standing(kind(size=(x, y, z), wall=wall))
     for u in np.linspace(-0.49 * x, 0.49 * x, 21):
         for v in np.linspace(-0.49 * y, 0.49 * y, 21):
-            above, down = np.array([u, v, 2.0]), np.array([0.0, 0.0, -1.0])
-            depth = mujoco.mj_ray(model, data, above, down, None, 1, -1, HIT)
+            depth = distance(built, (u, v, 1.0), (0, 0, -1))
             inside = abs(u) < x / 2 - wall and abs(v) < y / 2 - wall
             assert 1.0 - depth == pytest.approx(wall if inside else z)
+
+
+@pytest.mark.parametrize("kind", [objects.Bin, objects.Tray])
+def test_a_container_has_the_inertia_of_a_box_without_its_inside(kind):
+    size, wall, mass = np.array([0.3, 0.2, 0.05]), 0.01, 0.7
+    model, _, _ = standing(kind(size=tuple(size), wall=wall, mass=mass), free=True)
+    inside = size - [2 * wall, 2 * wall, wall]
+    density = mass / (size.prod() - inside.prod())
+    parts = [(density * size.prod(), size, size[2] / 2)]
+    parts += [(-density * inside.prod(), inside, wall + inside[2] / 2)]
+    height = sum(m * z for m, _, z in parts) / mass
+    expected = sum(
+        m * ((np.sum(lengths**2) - lengths**2) / 12 + np.array([1, 1, 0]) * (z - height) ** 2)
+        for m, lengths, z in parts
+    )
+    body = model.body(f"{kind.kind}/{kind.kind}")
+    assert body.ipos == pytest.approx([0.0, 0.0, height], abs=1e-12)
+    assert np.sort(body.inertia) == pytest.approx(np.sort(expected))
 
 
 def test_the_damping_of_a_servo_becomes_that_of_its_joint(tmp_path):
     (tmp_path / "lid.xml").write_text("""
         <mujoco><option integrator="implicitfast"/>
         <worldbody><body name="base"><geom size="0.1"/>
+          <body><joint name="motor" damping="0.3"/><geom size="0.05"/></body>
           <body pos="0 0 0.2"><joint name="hinge" damping="0.2"/><geom size="0.05"/></body>
-        </body></worldbody>
-        <actuator><position joint="hinge" kp="9" kv="0.7" gear="2"/></actuator></mujoco>""")
+          <body><joint name="slide" type="slide" damping="0.1"/><geom size="0.05"/></body>
+        </body></worldbody><actuator><motor joint="motor"/>
+        <position joint="hinge" kp="9" kv="0.7" gear="2"/>
+        <general joint="slide" biastype="affine" biasprm="1 -5 -0.4" gear="3"/></actuator>
+        </mujoco>""")
     model, _, _ = standing(lid := objects.ModelObject(str(tmp_path / "lid.xml")))
     assert not lid.free  # what moves in itself stands
-    (damping,) = model.dof_damping
-    assert damping == pytest.approx(0.2 + 0.7 * 2**2) and model.actuator_biasprm[0, 2] == 0.0
+    assert model.dof_damping == pytest.approx([0.3, 0.2 + 0.7 * 2**2, 0.1 + 0.4 * 3**2])
+    bias = [[0, 0, 0], [0, -9, 0], [1, -5, 0]]
+    assert model.actuator_biasprm[:, :3] == pytest.approx(np.array(bias))
 
 
 @pytest.mark.parametrize(
@@ -294,6 +332,22 @@ def test_a_models_size_tells_whether_it_is_free_graspable_a_surface_or_in_anothe
     assert any("reads millimetres" in text for text in thing.warnings) == told
     assert (thing.rest_height, thing.surface_height) == pytest.approx((-2 * z, 4 * z))
     assert thing.centre_offset == pytest.approx([0.1, 0.2, 3 * z])
+
+
+@pytest.mark.parametrize(
+    ("inertial", "touched", "free"),
+    [
+        ("", 0, False),
+        ("", 1, True),
+        ('<inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>', 0, True),
+    ],
+)
+def test_a_model_that_may_only_be_seen_is_fixed(tmp_path, inertial, touched, free):
+    seen = f'density="{1000 * touched}" contype="{touched}" conaffinity="0"'
+    (tmp_path / "it.xml").write_text(
+        f'<mujoco><worldbody><body>{inertial}<geom size=".02" {seen}/></body></worldbody></mujoco>'
+    )
+    assert objects.ModelObject(str(tmp_path / "it.xml")).free == free
 
 
 def test_a_new_mass_scales_all_masses_and_inertias_of_a_model(tmp_path):
