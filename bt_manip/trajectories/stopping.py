@@ -142,7 +142,7 @@ def _search(problem: _StopProblem, model: RobotModel, tail: Trajectory) -> Motio
 
 def _effort_inside(path: LimitedPath, profile: MotionProfile, model: RobotModel) -> float:
     """Return the largest used fraction of an effort limit; infinity outside other limits."""
-    x, v, a = path.sample(profile, sample_times(profile.duration, CONTROL_STEP))
+    x, v, a = profile.sample_along(path.evaluate, sample_times(profile.duration, CONTROL_STEP))
     if max(path.limits.use(x, v, a)) > 1.0 + ROUNDING:
         return np.inf
     q = x[:, : model.nq]

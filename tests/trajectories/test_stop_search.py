@@ -24,6 +24,10 @@ def straight(model):
     return LimitedPath(path.evaluate, PathLimits(model.limits, path.limits), 1.0)
 
 
+def at_control_steps(path, profile):
+    return profile.sample_along(path.evaluate, np.arange(0.0, profile.duration, 1e-3))
+
+
 def test_no_coordinate_stops_faster_than_ruckig_stops_it():
     rng, one = np.random.default_rng(4), np.ones(2)
     for _ in range(50):
@@ -92,7 +96,7 @@ def test_a_joint_stops_as_fast_as_ruckig_however_its_path_is_parameterized(bend,
     keeping = [
         (profile.duration, q, v, a)
         for profile in stop_profiles(path, start)
-        for q, v, a in [path.sample(profile, np.arange(0.0, profile.duration, 1e-3))]
+        for q, v, a in [at_control_steps(path, profile)]
         if np.abs(a).max() <= 5.0 and np.abs(np.diff(a[:, 0])).max() <= 1e-3 * jerk
     ]
     duration, q, v, _ = keeping[0]
@@ -119,7 +123,7 @@ def test_where_no_path_jerk_suits_both_joints_a_stop_inside_all_limits_is_found(
     inside = [
         profile.duration
         for profile in stop_profiles(path, MOVING)
-        if max(path.limits.use(*path.sample(profile, np.arange(0.0, profile.duration, 1e-3)))) <= 1
+        if max(path.limits.use(*at_control_steps(path, profile))) <= 1
     ]
     assert fastest <= inside[0] <= 1.11 * fastest
 
@@ -136,7 +140,7 @@ def test_a_search_converges_in_four_profiles_to_a_stop_that_uses_a_limit_at_all_
     profiles = list(stop_profiles(path, (0.0, 1.0, now)))
     uses = []
     for profile in (profiles[0], profiles[3]):
-        _, _, a = path.sample(profile, np.arange(0.0, profile.duration, 1e-3))
+        _, _, a = at_control_steps(path, profile)
         jerks = np.abs(np.diff(a, axis=0)) / (1e-3 * jerk)
         uses.append(np.maximum(np.abs(a[1:]) / bound, jerks).max(axis=1))
     assert uses[0].max() < 1.2 and (uses[0] > 0.95).mean() > 0.7
