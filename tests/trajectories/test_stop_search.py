@@ -147,6 +147,9 @@ def test_a_search_converges_in_four_profiles_to_a_stop_that_uses_a_limit_at_all_
     assert 0.99 < uses[1].max() < 0.9951 and (uses[1] > 0.95).all()
     fastest = shortest_stop_time(c[1], 2.0 * c[2] + now * c[1], path.limits)
     assert fastest <= profiles[3].duration < 1.06 * fastest
+    for profile in profiles:  # exactly at rest where they end
+        last = profile.at(profile.duration - 1e-9)
+        assert last[:2] == pytest.approx((profile.end, 0.0), abs=1e-7)
 
 
 @pytest.mark.parametrize("margin", [0.9, 0.3])
