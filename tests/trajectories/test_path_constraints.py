@@ -10,24 +10,24 @@ from .pendulum import pendulum
 
 
 def test_constraints_are_those_of_all_coordinates_and_of_the_efforts_with_damping():
-    # 2 kg m2 q'' = tau - 5 q' - 1.5 sign(q') + 2 g cos q, upwards first; and a coordinate more.
-    model = pendulum(-9.81, effort=40.0, acceleration=30.0, velocity=5.0, damping=5.0)
+    # 2 kg m2 q'' = tau - 7 q' - 1.5 sign(q') + 2 g cos q, upwards first; and a coordinate more.
+    model = pendulum(-9.81, effort=40.0, acceleration=30.0, velocity=3.0, damping=7.0)
     model.friction[:] = 1.5
     s = np.linspace(0.0, 1.0, 9)
     q, d1, d2 = 0.8 - 2.0 * s + 1.4 * s * s, 2.8 * s - 2.0, 2.8 + 0.0 * s
-    others = np.array([[0.6], [2.0], [50.0]])
+    others = np.array([[8.0], [2.0], [50.0]])
     path = SplinePath(np.column_stack([q, 0.5 * s**3]), 1, others)
     limits = PathLimits(model.limits, others)
     constraints = PathConstraints(path, s, limits, model)
     most, gravity = 0.95 * 40.0, -2.0 * 9.81 * np.cos(q)
     left = most - 1.5 - np.sign(d1) * gravity
-    speeds = 5.0 / np.abs(d1), 0.9 * left / (5.0 * np.abs(d1)), 0.6 / (1.5 * s * s + 1e-9)
+    speeds = 3.0 / np.abs(d1), 0.9 * left / (7.0 * np.abs(d1)), 8.0 / (1.5 * s * s + 1e-9)
     assert constraints.max_s_dot == pytest.approx(np.min(speeds, axis=0), rel=1e-6)
     assert {*np.argmin(speeds, axis=0)} == {0, 1, 2}
     np.testing.assert_allclose(constraints.a, np.stack([d1, 1.5 * s * s, 2.0 * d1], 1), atol=1e-9)
     np.testing.assert_allclose(constraints.b, np.stack([d2, 3.0 * s, 2.0 * d2], 1), atol=1e-8)
     s_dot = np.linspace(0.2, 1.4, 9)
-    lost = gravity + 1.5 * np.sign(d1) + 5.0 * d1 * s_dot
+    lost = gravity + 1.5 * np.sign(d1) + 7.0 * d1 * s_dot
     for bounds, efforts in zip(constraints.bounds(s_dot), (most - lost, most + lost), strict=True):
         expected = np.stack([30.0 + 0.0 * s, 2.0 + 0.0 * s, efforts], 1)
         np.testing.assert_allclose(bounds, expected, atol=1e-8)
