@@ -211,13 +211,3 @@ def test_efforts_bound_the_path_acceleration_together_with_gravity_damping_and_f
     most = 0.9 * 0.98 * 40.0
     expected = np.maximum((most - rest) / (2.0 * d1), -90.0 / np.abs(d1) - d2 * v * v / d1)
     np.testing.assert_allclose(limits.min_acceleration(limits.nodes(), v), expected, rtol=1e-2)
-
-
-def test_the_shortest_time_to_stop_is_that_of_the_textbook():
-    # v / a to brake, and a / j for the acceleration to come and to go.
-    one = np.ones(2)
-    limits = MotionLimits(-one, one, one, np.array([4.0, 5.0]), 100.0 * one, one)
-    shortest = shortest_stop_time(
-        np.array([2.0, -1.0]), np.zeros(2), PathLimits(limits, np.empty((3, 0)))
-    )
-    assert shortest == pytest.approx(2.0 / 4.0 + 4.0 / 100.0)

@@ -102,10 +102,3 @@ def test_the_greatest_scale_inside_the_effort_limits_is_found():
     heavy = pendulum(gravity=-9.81, effort=15.0)
     with pytest.raises(MotionError, match="needs 131 % of an effort limit even when slow; 95 %"):
         scale_to_effort_limits(plan, heavy)
-
-
-def test_a_path_on_which_the_arm_cannot_hold_itself_is_refused():
-    model = pendulum(gravity=-9.81, effort=19.0)  # 19.62 N m hold the bar level
-    with pytest.raises(MotionError, match="joint 1 needs 19.6. N m to hold") as raised:
-        time_parameterize_segment(np.array([-1.0]), np.array([1.0]), model)
-    assert raised.value.reason == "effort"
