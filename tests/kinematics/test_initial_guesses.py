@@ -43,3 +43,4 @@ def test_guesses_for_a_free_axis_are_those_with_the_least_distance_and_tilt(mode
     best = sorted(map(residual, guesses.stored))[:20]
     chosen = guesses.nearest(compiled(IKProblem(targets=target)), 20)
     assert [residual(q) for q in chosen] == pytest.approx(best, abs=1e-9)
+    assert len(guesses.nearest(compiled(IKProblem(targets=target)), 3000)) == len(guesses.stored)

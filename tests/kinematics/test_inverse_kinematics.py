@@ -121,12 +121,19 @@ def test_solutions_are_distinct_and_the_nearest_or_cheapest_comes_first(
     costly = IKProblem(targets=[PoseTarget("tool", T), replace(elbow, weight=1.0)])
     for request, T_wt in ((DOWN, DOWN), (costly, T)):
         found = ik.solutions(request, q0, restarts=30)
-        order = [each.cost if request is costly else ik.distance(each.q, q0) for each in found]
+        times = [(each.q - q0) / model.limits.velocity for each in found]
+        distances = np.sqrt(np.mean(np.square(times), axis=1)).tolist()
+        assert [ik.distance(each.q, q0) for each in found] == pytest.approx(distances)
+        order = [each.cost for each in found] if request is costly else distances
+        assert request is costly or {each.cost for each in found} == {0.0}
         assert len(found) >= 2 and order == sorted(order)
         for i, solution in enumerate(found):
             assert solution.solved
             assert max(error_in_mujoco(robot, solution.q, T_wt)) <= 1.001e-6
             assert all(np.abs(solution.q - other.q).max() > 0.1 for other in found[:i])
+    for q0 in (model.limits.lower, model.limits.upper):
+        inside = ik.solutions(DOWN, q0, restarts=30, margin=0.4)
+        assert inside and all(model.limits.contain(each.q, -0.4) for each in inside)
 
 
 def test_of_several_targets_that_of_the_nearest_solution_is_chosen(model, ik):
