@@ -158,15 +158,21 @@ def test_the_same_request_gives_the_same_bits_whatever_was_asked_before(model, i
         assert len({(result.q.tobytes(), result.iterations) for result in results}) == 1
 
 
-def test_every_reachable_pose_is_solved_from_home_and_from_anywhere(robot, model, ik, rng):
-    for q, q0 in zip(*random_configurations(model, rng, 120).reshape(2, 60, 7), strict=True):
+@pytest.mark.parametrize("arm", ["panda", "ur5e", "rail"])
+def test_every_reachable_pose_is_solved_within_limits_whatever_the_tolerance(
+    request, menagerie, rng, arm
+):
+    fixture = {"panda": "robot", "rail": "rail_robot"}.get(arm)
+    robot = request.getfixturevalue(fixture) if fixture else menagerie_robot(menagerie, arm)
+    model = robot.make_model()
+    model.tolerance = Tolerance(position=1e-2, rotation=1e-2)
+    ik = InverseKinematics(model)
+    for q, q0 in zip(*random_configurations(model, rng, 80).reshape(2, 40, -1), strict=True):
         T = model.pose(q)
         for start in (model.home, q0):
             found = ik.solve(T, start)
-            assert found.solved and found.reason == ""
-            assert model.limits.contain(found.q)
-            distance, angle = error_in_mujoco(robot, found.q, T)
-            assert distance <= 1.001e-6 and angle <= 1.001e-6
+            assert found.solved and found.reason == "" and model.limits.contain(found.q)
+            assert max(error_in_mujoco(robot, found.q, T)) <= 1.001e-6
 
 
 def test_nearest_first_yields_the_solutions_from_near_to_far(model, ik, rng):
@@ -192,15 +198,9 @@ def test_the_nearest_solution_is_usually_nearer_than_those_from_random_guesses(m
     assert nearer >= 9
 
 
-def test_an_arm_of_six_joints_solves_reachable_poses_and_problems(menagerie, rng):
-    robot = menagerie_robot(menagerie, "ur5e")
-    model = robot.make_model()
+def test_an_arm_of_six_joints_solves_problems(menagerie, rng):
+    model = menagerie_robot(menagerie, "ur5e").make_model()
     ik = InverseKinematics(model)
-    for q in random_configurations(model, rng, 40):
-        T = model.pose(q)
-        found = ik.solve(T, model.home)
-        assert found.solved and model.limits.contain(found.q)
-        assert max(error_in_mujoco(robot, found.q, T)) <= 1.001e-6
     for q in rng.uniform(-2.5, 2.5, (4, 6)):
         T = model.pose(q)
         position = PositionTarget(ik.tool, T.translation)
@@ -247,14 +247,6 @@ def test_beyond_the_tolerance_a_pose_is_not_solved(five_joints, rng):
     assert InverseKinematics(model).solve(T, model.home).solved
 
 
-def test_where_the_arm_reaches_a_pose_its_tolerance_is_not_used(model, rng):
-    model.tolerance = Tolerance(position=1e-2, rotation=1e-2)
-    ik = InverseKinematics(model)
-    for q in random_configurations(model, rng, 15):
-        found = ik.solve(model.pose(q), model.home)
-        assert found.solved and max(found.position_error, found.rotation_error) <= 1e-6
-
-
 @pytest.fixture(params=["panda", "five_joints"])
 def any_robot(request):
     return request.getfixturevalue({"panda": "robot"}.get(request.param, request.param))
@@ -297,15 +289,10 @@ def test_the_arm_chooses_the_rotation_about_a_free_axis_through_a_pivot_and_a_ti
     assert np.median(turns) > 0.1 and (np.max(tilts) > 0.01) == (cone > 0.0)
 
 
-def test_an_arm_on_a_rail_solves_poses_along_all_of_it(rail_robot, rng):
+def test_an_arm_on_a_rail_chooses_rotations_and_names_margins_in_metres(rail_robot, rng):
     ik = InverseKinematics(rail_robot.make_model())
-    limits = ik.model.limits
-    for q in random_configurations(ik.model, rng, 25):
+    for q in random_configurations(ik.model, rng, 10):
         T = ik.model.pose(q)
-        found = ik.solve(T, ik.model.home)
-        assert found.solved and limits.contain(found.q)
-        position, angle = error_in_mujoco(rail_robot, found.q, T)
-        assert position <= 2e-6 and angle <= 2e-6
         assert ik.solve(PoseTarget(ik.tool, T, free_axis="z"), ik.model.home).solved
     with pytest.raises(MotionError, match=r"a margin of 0.7 m leaves .*rail no range"):
         ik.solve(IKProblem(targets=PoseTarget("tool", T), margin=0.7), ik.model.home)

@@ -128,17 +128,16 @@ def test_following_into_an_obstacle_names_it(walled):
     assert "'panda/" in reason and "would touch 'wall'" in reason
 
 
-def test_a_pose_that_the_limits_forbid_ends_after_the_restarts(model, ik):
+def test_a_pose_that_the_limits_forbid_ends_after_so_many_restarts_or_failed_iterations(
+    model, ik, monkeypatch
+):
     inside_the_base = spatial.pointing_down([0.0, 0.0, 0.05])
     found = ik.solve(inside_the_base, model.home, restarts=5)
     assert not found.solved and found.restarts == 5
     assert found.reason == "no solution from 6 initial guesses"
     assert model.limits.contain(found.q)
-
-
-def test_a_search_does_not_restart_after_so_many_failed_iterations(model, ik, monkeypatch):
     monkeypatch.setattr(search, "MAX_FAILED_ITERATIONS", 100)
-    found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
+    found = ik.solve(inside_the_base, model.home)
     assert not found.solved and found.restarts < RESTARTS
     assert 100 <= found.iterations < 100 + search.ITERATIONS
 
