@@ -8,12 +8,7 @@ import numpy as np
 from bt_manip.robots import CONTROL_STEP, ROUNDING, RobotModel
 
 from .deceleration_limits import STOP_EFFORT_FRACTION, LimitedPath
-from .limit_check import (
-    EFFORT_STEP,
-    effort_use,
-    has_jump,
-    sampled_effort_use,
-)
+from .limit_check import EFFORT_STEP, effort_use, has_jump, sampled_effort_use
 from .motion_profile import MotionProfile, ScalarState
 from .path_limits import PathLimits
 from .stop_search import shortest_stop_time, stop_profiles
