@@ -314,6 +314,8 @@ ARGUED = {
     "max(trajectory.duration - start, 1.0)": "after its end a trajectory rests",
     "_POWERS - np.arange(4)[:, None]": "derivatives that nothing reads",
     "for _ in range(120):  # halvings": "sixty end at rounding already",
+    "max(1, ((n + 1)).bit_length())": "another order of the same checks",
+    "max(2, (n - 1).bit_length())": "another order of the same checks",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

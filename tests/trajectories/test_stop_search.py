@@ -163,10 +163,11 @@ def test_bounds_of_path_acceleration_and_jerk_are_those_of_all_coordinates(rng, 
     limits.margin = margin
     assert limits.extend(20) and limits.extend(500) and not limits.extend(500)
     assert len(limits.nodes()) == 82  # from 0.2 to 1, and one beyond the end
-    s, v, u = 0.2 + np.array([0.07, 0.303, 0.618]), np.array([0.4, 0.9, 1.3]), np.array([-2, 0, 1])
+    s, v, u = 0.2 + np.array([0.07, 0.203, 0.618]), np.array([0.4, 0.9, 1.3]), np.array([-2, 0, 1])
     rows = limits.at(s)
     assert np.array_equal(fresh.at(s), rows)
     assert limits.at(np.array([1.05])) == pytest.approx(limits.nodes(81))
+    assert limits.nodes(81)[0, :3] == pytest.approx(path.evaluate(np.ones(1))[1][0])  # of the end
     (_, d1, d2), steps = (
         path.evaluate(s),
         [polyval(s + h, polyder(c, 3)).T for h in (-5e-3, 5e-3)],
