@@ -152,12 +152,15 @@ def test_following_never_steps_farther_than_allowed(model, ik, rng):
         assert limits.contain(found.q)
 
 
-def test_following_names_the_joint_at_its_limit(model, ik):
+def test_following_names_the_joint_at_its_limit_or_that_it_is_out_of_reach(model, ik):
     for limit, turn in ((model.limits.upper, 0.1), (model.limits.lower, -0.1)):
         q = np.append(model.home[:6], limit[6])
         turned = model.pose(q) * pin.SE3(pin.exp3(np.array([0.0, 0.0, turn])), np.zeros(3))
         found = ik.follow(turned, q, max_step=0.05)
         assert not found.solved and "joint7 at the limit" in found.reason
+    above = IKProblem(targets=PositionTarget("tool", [0.0, 0.0, 2.0]))
+    found = ik.follow(above, model.home, max_step=3.0)
+    assert not found.solved and found.reason == "out of reach, or singular"
 
 
 def test_the_iterations_of_a_search_are_those_of_all_its_descents_and_refinements(
