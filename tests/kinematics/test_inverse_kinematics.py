@@ -286,6 +286,9 @@ def test_the_arm_chooses_the_rotation_about_a_free_axis_through_a_pivot_and_a_ti
         turns.append(np.linalg.norm(pin.log3(reached.rotation.T @ T.rotation)))
         assert distance <= 1e-5 and tilts[-1] <= cone + 1e-4
         assert found.position_error == pytest.approx(distance, abs=1e-9)
+        if cone == np.pi:  # as where only the position is asked for
+            anyhow = ik.solve(PositionTarget(ik.tool, T.translation), ik.model.home)
+            assert anyhow.solved and error_in_mujoco(any_robot, anyhow.q, T)[0] <= 1e-5
     assert np.median(turns) > 0.1 and (np.max(tilts) > 0.01) == (cone > 0.0)
 
 
