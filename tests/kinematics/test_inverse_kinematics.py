@@ -120,7 +120,7 @@ def test_solutions_are_distinct_and_the_nearest_or_cheapest_comes_first(
     T = model.pose(goal).copy()
     costly = IKProblem(targets=[PoseTarget("tool", T), replace(elbow, weight=1.0)])
     for request, T_wt in ((DOWN, DOWN), (costly, T)):
-        found = ik.solutions(request, q0, restarts=30)
+        found = ik.solutions(request, q0, restarts=30, rng=rng)
         times = [(each.q - q0) / model.limits.velocity for each in found]
         distances = np.sqrt(np.mean(np.square(times), axis=1)).tolist()
         assert [ik.distance(each.q, q0) for each in found] == pytest.approx(distances)
