@@ -43,6 +43,14 @@ def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
     assert optimum < duration < 1.045 * optimum
 
 
+@pytest.mark.parametrize("end", [0.2, 3.0])  # in less and in more than a second
+def test_where_nothing_bends_the_first_grid_serves(end):
+    model, tried = pendulum(effort=1e4, acceleration=5.0, jerk=500.0), []
+    grids = (tried.append(grid) or grid for grid in (120, 360))
+    time_parameterize(StraightPath(np.zeros(1), np.array([end])), model, grids=grids)
+    assert tried == [120]
+
+
 def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng):
     for _ in range(5):
         a, b, c = rng.uniform(0.7 * model.limits.lower, 0.7 * model.limits.upper, (3, 7))
@@ -60,8 +68,10 @@ def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
     pytest.importorskip("toppra")
     model = model.copy()
     model.limits = replace(model.limits, jerk=jerk * model.limits.jerk)
-    trajectory = time_parameterize(bent(model, 5), model)
-    assert max(trajectory.kinematic_use(model.limits)) <= 1.0
+    tried = []
+    grids = (tried.append(grid) or grid for grid in (120, 360))
+    trajectory = time_parameterize(bent(model, 5), model, grids=grids)
+    assert max(trajectory.kinematic_use(model.limits)) <= 1.0 and tried == [120, 360]
     assert trajectory.duration <= longer * time_optimal_duration(trajectory, model)
 
 
