@@ -314,6 +314,8 @@ ARGUED = {
     "max(trajectory.duration - start, 1.0)": "after its end a trajectory rests",
     "_POWERS - np.arange(4)[:, None]": "derivatives that nothing reads",
     "for _ in range(120):  # halvings": "sixty end at rounding already",
+    "np.arange(n + 1) / n, 1)[0]": "positions come first, whatever derivatives follow",
+    "moved)) > (1.0 - ROUNDING)": "one rounding more or less",
     "slope = _quotient(-b, a, moves, 1.0)": "without bounds of u the slope does not count",
     "problems.insert(-1, ": "before the only other one",
     "max(1, ((n + 1)).bit_length())": "another order of the same checks",
