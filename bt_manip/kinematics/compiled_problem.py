@@ -149,8 +149,6 @@ def compile_problem(
 
 def _frame_error(frame: str, residuals: tuple[FrameResidual, ...]) -> Residual:
     """Combine the errors of one target."""
-    if len(residuals) == 1:
-        return Residual(frame, *residuals[0].errors())
     positions, rotations, met = zip(*[part.errors() for part in residuals], strict=True)
     return Residual(frame, max(positions), max(rotations), all(met))
 

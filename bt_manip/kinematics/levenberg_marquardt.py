@@ -1,6 +1,5 @@
 """The Levenberg-Marquardt algorithm within joint limits, from one initial guess."""
 
-from functools import cache
 from typing import NamedTuple
 
 import mujoco
@@ -112,7 +111,7 @@ def _box_step(
     """
     nv = len(lower)
     hessian = jacobian.T.dot(jacobian)
-    mujoco.mju_addToScl(hessian.ravel(), _flat_identity(nv), damping + _DIAGONAL)
+    hessian.ravel()[:: nv + 1] += damping + _DIAGONAL
     if damping < _SCALED_DAMPING:
         # MuJoCo treats gradients below 1e-8 as zero.
         hessian /= damping
@@ -120,8 +119,3 @@ def _box_step(
     dq = np.zeros(nv)  # unchanged if the solver fails
     mujoco.mju_boxQP(dq, np.empty((nv, nv + 7)), None, hessian, gradient, lower, upper)
     return dq
-
-
-@cache
-def _flat_identity(n: int) -> np.ndarray:
-    return np.eye(n).ravel()

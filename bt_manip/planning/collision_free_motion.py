@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bt_manip.collision import PATH_STEP, CollisionPair, CollisionWorld, FreeSpace
+from bt_manip.collision import PATH_STEP, CollisionWorld, FreeSpace
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
     Path,
@@ -84,7 +84,9 @@ def plan_collision_free_motion(
         stopping = stopping or _stopping_trajectory(waypoints, space, model, speed)
     if stopping is not None:
         return stopping
-    pair = _first_collision(start, goal, space)
+    segment = discretize_segment(start, goal, COARSE_STEP)
+    blocked = space.first_blocked(segment)
+    pair = None if blocked is None else space.nearest_pair(segment[blocked])
     message = f"no collision-free path: {describe_pair(pair)}; {reason}"
     raise collision_error(world, pair, message + describe_start(world, start))
 
@@ -123,10 +125,3 @@ def _path_is_free(path: Path, space: FreeSpace) -> bool:
     configurations = sample_path(path, 400)[:, : path.nq]
     every = max(1, int(COARSE_STEP / PATH_STEP))  # most paths that are not free fail here already
     return all(map(space.is_free, configurations[::every])) and space.path_is_free(configurations)
-
-
-def _first_collision(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> CollisionPair | None:
-    """Return the nearest bodies where a segment is blocked; None where it is free."""
-    configurations = discretize_segment(start, end, COARSE_STEP)
-    i = space.first_blocked(configurations)
-    return None if i is None else space.nearest_pair(configurations[i])

@@ -82,7 +82,10 @@ def goal_configurations(
     if best is not None:
         yield best[1]
         return
-    nearest = _nearest(ik, targets, q0, margin)
+    # Restarts hardly ever find a nearer one: for eight equivalent poses of the tool, at most 0.4 %
+    # nearer in 145 cases.
+    first = next(ik.nearest_first(targets, q0, restarts=_RESTARTS[0], margin=margin), None)
+    nearest = first or ik.nearest(targets, q0, margin=margin)
     yield nearest
     if world is not None and nearest.solved:
         yield from ik.nearest_first(targets, q0, restarts=_RESTARTS[-1], margin=0.0)
@@ -116,18 +119,3 @@ def plan_straight_approach(
 def translate_along_tool_z(T_wt: pin.SE3, distance: float) -> pin.SE3:
     """Return a tool pose translated along its z axis [m]."""
     return T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))
-
-
-def _nearest(
-    ik: InverseKinematics,
-    targets: pin.SE3 | Target | Sequence[pin.SE3 | Target],
-    q0: np.ndarray,
-    margin: float,
-) -> IKResult:
-    """Return the nearest solution found from the present configuration, or else from restarts.
-
-    Restarts hardly ever find a nearer one: for eight equivalent poses of the tool, at most 0.4 %
-    nearer in 145 cases.
-    """
-    found = next(ik.nearest_first(targets, q0, restarts=_RESTARTS[0], margin=margin), None)
-    return found or ik.nearest(targets, q0, margin=margin)

@@ -1,8 +1,7 @@
 """Cartesian paths of the tool: lines and arcs, with blended corners between them."""
 
-from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any
@@ -31,13 +30,15 @@ _MIN_SINE = 1e-6  # of the angle at the via point; below it the three points are
 _PER_AXIS = 3.0**-0.5  # share of a vector limit that each axis gets: it holds in every direction
 
 
-class Segment(ABC):
+class Segment:
     """A piece of a path along which position and rotation change at constant rates.
 
     Args:
         start: Pose of the tool at the start.
+        position: Returns the tool's position at a fraction of the segment [m].
         length: As below.
         turn: Rotation vector in the tool frame [rad].  # (3,)
+        straight: As below.
 
     Attributes:
         straight: Whether it is a line.
@@ -46,50 +47,31 @@ class Segment(ABC):
         travel: Path parameter at the end [m]: the larger of length and `ARM_LENGTH` times angle.
     """
 
-    straight = False
-
-    def __init__(self, start: pin.SE3, length: float, turn: np.ndarray) -> None:
-        self._start, self._turn = start.copy(), turn
+    def __init__(
+        self,
+        start: pin.SE3,
+        position: Callable[[float], np.ndarray],
+        length: float,
+        turn: np.ndarray,
+        *,
+        straight: bool = False,
+    ) -> None:
+        self._rotation, self._position, self._turn = start.rotation.copy(), position, turn
+        self.straight = straight
         self.length, self.angle = length, float(np.linalg.norm(turn))
         self.travel = max(self.length, ARM_LENGTH * self.angle)
 
     def pose(self, travel: float) -> pin.SE3:
         """Return the pose T_wt after a travel between 0 and `self.travel` [m]."""
         s = travel / self.travel
-        return pin.SE3(self._start.rotation @ pin.exp3(s * self._turn), self._position(s))
-
-    @abstractmethod
-    def _position(self, s: float) -> np.ndarray:
-        """Return the position at a fraction of the segment [m]."""  # (3,)
+        return pin.SE3(self._rotation @ pin.exp3(s * self._turn), self._position(s))
 
 
-class _Line(Segment):
-    """The straight line between two poses."""
-
-    straight = True
-
-    def __init__(self, start: pin.SE3, end: pin.SE3) -> None:
-        self._offset = end.translation - start.translation
-        turn = pin.log3(start.rotation.T @ end.rotation)
-        super().__init__(start, float(np.linalg.norm(self._offset)), turn)
-
-    def _position(self, s: float) -> np.ndarray:
-        return np.asarray(self._start.translation + s * self._offset)
-
-
-class _Arc(Segment):
-    """A circular arc: `sweep` is the rotation vector [rad] about the `centre` [m]."""
-
-    def __init__(
-        self, start: pin.SE3, centre: np.ndarray, sweep: np.ndarray, turn: np.ndarray
-    ) -> None:
-        self._centre, self._sweep = centre, sweep
-        self._radius = start.translation - centre
-        length = float(np.linalg.norm(self._radius)) * float(np.linalg.norm(sweep))
-        super().__init__(start, length, turn)
-
-    def _position(self, s: float) -> np.ndarray:
-        return np.asarray(self._centre + pin.exp3(s * self._sweep) @ self._radius)
+def _arc(start: pin.SE3, centre: np.ndarray, sweep: np.ndarray, turn: np.ndarray) -> Segment:
+    """Return a circular arc: `sweep` is the rotation vector [rad] about the `centre` [m]."""
+    radius = start.translation - centre
+    length = float(np.linalg.norm(radius)) * float(np.linalg.norm(sweep))
+    return Segment(start, lambda s: centre + pin.exp3(s * sweep) @ radius, length, turn)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +90,11 @@ class LineTo:
 
     def segment(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
         """Return the segment from a pose T_wt, and the pose at its end."""
-        return _Line(start, self.pose), self.pose
+        first, offset = start.translation.copy(), self.pose.translation - start.translation
+        turn = pin.log3(start.rotation.T @ self.pose.rotation)
+        length = float(np.linalg.norm(offset))
+        line = Segment(start, lambda s: first + s * offset, length, turn, straight=True)
+        return line, self.pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +136,7 @@ class ArcTo:
         first, last = a - centre, c - centre
         angle = float(np.arctan2(axis.dot(np.cross(first, last)), first.dot(last))) % (2.0 * np.pi)
         turn = pin.log3(start.rotation.T @ self.pose.rotation)
-        return _Arc(start, centre, angle * axis, turn), self.pose
+        return _arc(start, centre, angle * axis, turn), self.pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +167,7 @@ class TurnAbout:
         point = np.array(self.point, dtype=float)
         centre = point + axis.dot(start.translation - point) * axis
         sweep = float(self.angle) * axis
-        arc = _Arc(start, centre, sweep, start.rotation.T @ sweep)
+        arc = _arc(start, centre, sweep, start.rotation.T @ sweep)
         return arc, arc.pose(arc.travel) if arc.travel else start
 
 

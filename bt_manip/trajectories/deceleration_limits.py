@@ -13,7 +13,6 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .motion_profile import MotionProfile
 from .path_constraints import PathDynamics
 from .path_limits import TINY, PathLimits
 
@@ -35,12 +34,6 @@ class LimitedPath(NamedTuple):
     evaluate: Callable[[np.ndarray], Sequence[np.ndarray]]
     limits: PathLimits
     end: float
-
-    def sample(self, profile: MotionProfile, times: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return coordinates, velocities and accelerations of a profile of s."""  # (n, m) each
-        s, s_dot, s_ddot = (column[:, np.newaxis] for column in profile.sample(times))
-        x, d1, d2 = self.evaluate(s[:, 0])
-        return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot
 
 
 class JerkBounds(NamedTuple):
@@ -166,8 +159,8 @@ class DecelerationLimits:
         own = np.maximum(np.abs(low), np.abs(high))
         limit = np.maximum(self.margin * self._path.limits.jerk, own)
         size, sign = np.maximum(np.abs(d1), TINY), np.sign(d1)
-        forward_low = np.where(sign < 0.0, -high, low)
-        forward_high = np.where(sign < 0.0, -low, high)
+        forward_low = np.where(d1 < 0.0, -high, low)
+        forward_high = np.where(d1 < 0.0, -low, high)
         by_acceleration = sign * factor * s_ddot
         lowest = (-(limit + forward_low + by_acceleration) / size).max(axis=1)
         highest = ((limit - forward_high - by_acceleration) / size).min(axis=1)

@@ -1,6 +1,7 @@
 """Motion profiles of one coordinate: polynomials in time, piece by piece."""
 
 from bisect import bisect_right
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,20 @@ class MotionProfile:
         position = p + x * (v + x * (a + x * j))
         velocity = v + x * (2.0 * a + x * (3.0 * j))
         return position, velocity, 2.0 * a + x * (6.0 * j)
+
+    def sample_along(
+        self, evaluate: Callable[[np.ndarray], Sequence[np.ndarray]], times: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return coordinates x(s), velocities and accelerations, where s has this profile.
+
+        Args:
+            evaluate: Returns x and its first two derivatives by s.  # (n, m) each
+            times: Times [s].  # (n,)
+        """  # (n, m) each
+        s, s_dot, s_ddot = self.sample(times)
+        x, d1, d2 = evaluate(s)
+        s_dot, s_ddot = s_dot[:, np.newaxis], s_ddot[:, np.newaxis]
+        return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot
 
     def breakpoints(self) -> np.ndarray:
         """Return the start times of all segments and the end [s]."""

@@ -30,25 +30,24 @@ def time_optimal_velocities(
     h = 1.0 / (n - 1)
     # The constraints as lowest <= u - slope x <= highest.
     moves = np.abs(a) > TINY
-    divisor = np.where(moves, a, 1.0)
-    slope = -b / divisor
-    ends = above / divisor, -below / divisor
-    highest = np.where(moves, np.maximum(*ends), np.inf)
-    lowest = np.where(moves, np.minimum(*ends), -np.inf)
+    slope = _quotient(-b, a, moves, 0.0)
+    ends = _quotient(above, a, moves, np.inf), _quotient(-below, a, moves, -np.inf)
+    highest, lowest = np.maximum(*ends), np.minimum(*ends)
     # Where a joint reverses within a few steps, its constraint bounds x: with a greater x, its u
     # would leave less than the share `KEPT` of x after one step.
     curvature = np.abs(b) - (1.0 - KEPT) / (2.0 * h) * np.abs(a)
-    curved = curvature > TINY
-    bound = np.where(b > 0.0, above, below) / np.where(curved, curvature, 1.0)
-    max_x = np.minimum(max_x, np.where(curved, bound, np.inf).min(axis=1))
+    bound = _quotient(np.where(b > 0.0, above, below), curvature, curvature > TINY, np.inf)
+    max_x = np.minimum(max_x, bound.min(axis=1))
     max_x = np.minimum(max_x, _max_admissible(slope, highest, lowest))
     # u is constant between two points, and the constraints of both points hold for it.
     leaving, arriving = 1.0 + 2.0 * h * slope[:-1], 1.0 - 2.0 * h * slope[1:]
     low, high = 2.0 * h * lowest, 2.0 * h * highest
-    back_gain = np.hstack([_inverse(leaving), arriving])
-    back_rest = np.hstack([_ratio(-low[:-1], leaving), np.where(arriving > 0.0, -low[1:], np.inf)])
-    gain = np.hstack([leaving, _inverse(arriving)])
-    rest = np.hstack([high[:-1], _ratio(high[1:], arriving)])
+    leaves, arrives = leaving > TINY, arriving > TINY
+    back_gain = np.hstack([_quotient(1.0, leaving, leaves, 0.0), arriving])
+    after = np.where(arrives, -low[1:], np.inf)
+    back_rest = np.hstack([_quotient(-low[:-1], leaving, leaves, np.inf), after])
+    gain = np.hstack([leaving, _quotient(1.0, arriving, arrives, 0.0)])
+    rest = np.hstack([high[:-1], _quotient(high[1:], arriving, arrives, np.inf)])
     controllable = np.zeros(n)
     x, least = 0.0, np.minimum.reduce
     for i, bound_x in zip(range(n - 2, -1, -1), max_x[-2::-1].tolist(), strict=True):
@@ -61,21 +60,15 @@ def time_optimal_velocities(
     return greatest
 
 
-def _inverse(x: np.ndarray) -> np.ndarray:
-    """Return 1 / x where x is positive, otherwise 0."""
-    positive = x > TINY
-    return np.where(positive, 1.0 / np.where(positive, x, 1.0), 0.0)
-
-
-def _ratio(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return x / y where y is positive, otherwise infinity."""
-    positive = y > TINY
-    return np.where(positive, x / np.where(positive, y, 1.0), np.inf)
+def _quotient(
+    x: np.ndarray | float, y: np.ndarray, where: np.ndarray, otherwise: float
+) -> np.ndarray:
+    """Return x / y where that is wanted, and a number elsewhere."""
+    return np.divide(x, y, where=where, out=np.full(y.shape, otherwise))
 
 
 def _max_admissible(slope: np.ndarray, highest: np.ndarray, lowest: np.ndarray) -> np.ndarray:
     """Return the greatest x at which the constraints leave some u (maximum velocity curve)."""
     closing = slope[:, np.newaxis, :] - slope[:, :, np.newaxis]
     apart = highest[:, :, np.newaxis] - lowest[:, np.newaxis, :]
-    meets = closing > TINY
-    return np.where(meets, apart / np.where(meets, closing, 1.0), np.inf).min(axis=(1, 2))  # (n,)
+    return _quotient(apart, closing, closing > TINY, np.inf).min(axis=(1, 2))  # (n,)

@@ -8,12 +8,7 @@ import numpy as np
 from bt_manip.robots import CONTROL_STEP, ROUNDING, RobotModel
 
 from .deceleration_limits import STOP_EFFORT_FRACTION, LimitedPath
-from .limit_check import (
-    EFFORT_STEP,
-    effort_use,
-    has_jump,
-    sampled_effort_use,
-)
+from .limit_check import EFFORT_STEP, effort_use, has_jump, sampled_effort_use
 from .motion_profile import MotionProfile, ScalarState
 from .path_limits import PathLimits
 from .stop_search import shortest_stop_time, stop_profiles
@@ -142,7 +137,7 @@ def _search(problem: _StopProblem, model: RobotModel, tail: Trajectory) -> Motio
 
 def _effort_inside(path: LimitedPath, profile: MotionProfile, model: RobotModel) -> float:
     """Return the largest used fraction of an effort limit; infinity outside other limits."""
-    x, v, a = path.sample(profile, sample_times(profile.duration, CONTROL_STEP))
+    x, v, a = profile.sample_along(path.evaluate, sample_times(profile.duration, CONTROL_STEP))
     if max(path.limits.use(x, v, a)) > 1.0 + ROUNDING:
         return np.inf
     q = x[:, : model.nq]

@@ -13,13 +13,7 @@ import numpy as np
 
 from bt_manip.robots import CONTROL_STEP, RobotModel
 
-from .limit_check import (
-    EFFORT_FRACTION,
-    EFFORT_STEP,
-    effort_use,
-    has_jump,
-    sampled_effort_use,
-)
+from .limit_check import EFFORT_FRACTION, EFFORT_STEP, effort_use, has_jump, sampled_effort_use
 from .motion_profile import (
     MotionProfile,
     ScalarState,

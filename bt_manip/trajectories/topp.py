@@ -137,9 +137,8 @@ def _smoothed(s: np.ndarray, s_dot: np.ndarray, step: float) -> MotionProfile:
     """Return the profile with its acceleration averaged over two steps and linear in between."""
     intervals = 2.0 * np.diff(s) / np.maximum(s_dot[1:] + s_dot[:-1], TINY)
     t = np.concatenate([[0.0], np.cumsum(intervals)])
-    n = max(
-        2, int(np.ceil(t[-1] / max(step, t[-1] / MAX_TIMING_STEPS)))
-    )  # at least one in the middle
+    n = int(np.ceil(t[-1] / max(step, t[-1] / MAX_TIMING_STEPS)))
+    n = max(2, n)  # at least one in the middle
     step = t[-1] / n
     times = step * np.arange(-2, n + 3)
     v = np.interp(times, t, s_dot, left=0.0, right=0.0)  # linear in time between grid points

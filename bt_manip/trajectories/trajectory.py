@@ -81,9 +81,7 @@ class PathTrajectory:
 
     def sample_coordinates(self, times: np.ndarray) -> Samples:
         """Return all coordinates of the path with their time derivatives."""  # (n, m) each
-        s, s_dot, s_ddot = (x[:, np.newaxis] for x in self.profile.sample(times))
-        x, d1, d2 = self.path.evaluate(s[:, 0])
-        return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot
+        return self.profile.sample_along(self.path.evaluate, times)
 
     def kinematic_use(self, limits: MotionLimits) -> tuple[float, float, float]:
         """Return the largest fractions of velocity, acceleration and jerk limits that are used."""
@@ -212,9 +210,11 @@ class TimeScaledTrajectory:
 
     def sample(self, times: np.ndarray) -> Samples:
         """Return q, v and a at the given times [s]."""
-        s, s_dot, s_ddot = (x[:, np.newaxis] for x in self.time_scaling.sample(times))
-        q, v, a = self.nominal.sample(np.minimum(s[:, 0], self.nominal.duration))
-        q, v, a = q, v * s_dot, a * (s_dot * s_dot) + v * s_ddot
+
+        def nominal(s: np.ndarray) -> Samples:
+            return self.nominal.sample(np.minimum(s, self.nominal.duration))
+
+        q, v, a = self.time_scaling.sample_along(nominal, times)
         ended = times >= self.duration
         q[ended], v[ended], a[ended] = self.end, 0.0, 0.0
         return q, v, a

@@ -43,3 +43,5 @@ def test_guesses_for_a_free_axis_are_those_with_the_least_distance_and_tilt(mode
     best = sorted(map(residual, guesses.stored))[:20]
     chosen = guesses.nearest(compiled(IKProblem(targets=target)), 20)
     assert [residual(q) for q in chosen] == pytest.approx(best, abs=1e-9)
+    everything = guesses.nearest(compiled(IKProblem(targets=target, margin=0.5)), 3000)
+    assert len(everything) == len(guesses.stored) and model.limits.contain(everything, -0.5)

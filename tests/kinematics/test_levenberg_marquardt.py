@@ -34,3 +34,13 @@ def test_a_step_far_from_limits_solves_the_damped_normal_equations(model, compil
     expected = -np.linalg.solve(damped, jacobian.T @ error)
     result = levenberg_marquardt(residual, model.home, -endless, endless, iterations=1)
     assert result.q - model.home == pytest.approx(expected, rel=1e-4, abs=1e-7)
+
+
+def test_within_the_accepted_errors_it_is_solved_only_where_no_step_leads_nearer(model, compiled):
+    # Nearer than the arm's tolerance at the start, and at what is desired after a few steps.
+    problem = compiled(IKProblem(targets=PoseTarget("tool", model.pose(model.home + 5e-6))))
+    for iterations, solved in ((0, False), (5, True)):
+        result = levenberg_marquardt(
+            problem.constraints, model.home, problem.lower, problem.upper, iterations=iterations
+        )
+        assert result.met and result.solved == solved

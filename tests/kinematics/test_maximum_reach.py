@@ -22,11 +22,14 @@ def reach(model) -> MaximumReach:
     return MaximumReach(model, InitialGuesses(model).stored)
 
 
-def test_a_pose_beyond_the_reach_is_refused_without_a_search(model, ik):
-    found = ik.solve(spatial.pointing_down([2.0, 0.0, 0.3]), model.home)
-    assert not found.solved and found.iterations == 0
-    assert "m out of reach" in found.reason
-    assert found.position_error == pytest.approx(1.7, abs=0.02)
+def test_targets_beyond_the_reach_are_refused_without_a_search(model, ik):
+    far = spatial.pointing_down([2.0, 0.0, 0.3])
+    free = ({}, {"cone": 0.2}, {"cone": np.pi}, {"pivot": [0.0, 0.0, 0.05]})
+    for target in (far, *(PoseTarget("tool", far, free_axis="z", **given) for given in free)):
+        found = ik.solve(target, model.home)
+        assert not found.solved and found.iterations == 0
+        assert "m out of reach" in found.reason
+    assert ik.solve(far, model.home).position_error == pytest.approx(1.7, abs=0.02)
 
 
 def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, reach, rng):

@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip.kinematics import null_space_step
 from tests.measuring.kinematics import random_configurations
+from tests.robot_fixtures import menagerie_robot
 
 
 def test_a_step_moves_the_tool_like_the_other_step(model, rng):
@@ -27,3 +28,8 @@ def test_a_step_moves_joints_away_from_their_limits(model, rng):
         if values[-1] > 0.1:  # away from singularities
             expected = -1e-3 * (normalized**3 @ free) * free
             assert step == pytest.approx(expected, rel=0.02, abs=5e-6)
+
+
+def test_without_redundancy_the_step_stays(menagerie):
+    model, dq = menagerie_robot(menagerie, "ur5e").make_model(), 1e-3 * np.arange(6.0)
+    assert np.array_equal(null_space_step(model, model.home, dq, 1e-3), dq)

@@ -74,6 +74,34 @@ def test_the_jacobian_of_a_pose_residual_approaches_its_derivative_at_the_pose(m
         assert np.abs(residual.jacobian() - expected).max() <= error + 1e-8
 
 
+def test_a_target_is_reached_within_its_tolerances_and_met_within_the_accepted_errors(model, goal):
+    frame, T = model.model.getFrameId("link6"), frame_pose(model, goal, "link6")
+    tolerances, accepted, side = (2e-4, 5e-4), (1e-3, 2e-3), np.array([0.6, -0.48, 0.64])
+    for position, rotation, reached, met in (
+        (1.9e-4, 4.9e-4, True, True),
+        (2.1e-4, 1e-4, False, True),
+        (1e-4, 5.1e-4, False, True),
+        (9e-4, 1.9e-3, False, True),
+        (1.1e-3, 1e-4, False, False),
+        (1e-4, 2.1e-3, False, False),
+    ):
+        aside = T * pin.SE3(pin.exp3(rotation * side), position * side)
+        residual = PoseResidual(model, frame, aside, tolerances, accepted)
+        stacked = StackedResidual(model, [residual])
+        squared = np.sum(stacked.evaluate(goal) ** 2)
+        assert residual.errors() == pytest.approx((position, rotation, met), rel=1e-6)
+        assert (stacked.reached, stacked.met) == (reached, met)
+        assert (squared <= residual.squared_bound) >= reached
+        assert (squared <= residual.accepted_bound) >= met
+    # The linear part of the logarithm is at most pi / 2 times the distance.
+    for bound, most in ((residual.squared_bound, tolerances), (residual.accepted_bound, accepted)):
+        assert bound == pytest.approx((0.5 * np.pi * most[0]) ** 2 + most[1] ** 2)
+    for given in ((), ((1e-4, 1e-4),)):  # a tolerance is accepted in any case
+        assert PoseResidual(model, frame, T, tolerances, *given).accepted == tolerances
+    wide = PositionResidual(model, frame, T.translation, 0.1, 1.0, 0.15)  # no residual below 0.09
+    assert (wide.squared_bound, wide.accepted_bound) == pytest.approx((0.01**2, 0.06**2))
+
+
 def test_the_chord_of_an_angle_is_the_distance_of_two_directions_at_it():
     first, axis = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.6, 0.8])
     for angle in (0.0, 1e-3, 1.0, np.pi):

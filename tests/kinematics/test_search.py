@@ -28,31 +28,18 @@ def wall_distance(walled, q):
     return min(mujoco.mj_geomDistance(model, data, i, wall, 1.0, None) for i in arm)
 
 
-def test_the_widest_clearance_is_kept(walled):
-    ik, world = walled.ik, walled.world
-    rng = np.random.default_rng(4)
-    nearer = 0
-    for _ in range(8):
-        target = PositionTarget("panda/tool", rng.uniform([0.3, -0.09, 0.1], [0.6, -0.05, 0.35]))
-        plain = ik.solve(IKProblem(targets=target, world=world), ik.model.home)
-        free = ik.solve(IKProblem(targets=target, world=world, clearance=0.008), ik.model.home)
-        if free.solved:
-            assert wall_distance(walled, free.q) >= 0.008 - 1e-6
-            nearer += wall_distance(walled, plain.q) < 0.008
-    assert nearer > 0
-
-
-def test_a_problem_is_followed_in_small_steps(walled, robot):
+def test_a_problem_is_followed_in_small_steps_that_drift_to_its_posture(walled, robot):
     ik, world = walled.ik, walled.world
     q = ik.solve(walled.left, ik.model.home).q
-    low = q - 0.5
+    posture = q + np.array([0.4, 0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
+    began = ik.distance(q, posture)
     for i in range(1, 21):
         T = pin.SE3(walled.left.rotation, walled.left.translation + [0.0, 0.004 * i, 0.0])
         problem = IKProblem(
             targets=PoseTarget("panda/tool", T),
             joints=[f"joint{j}" for j in range(1, 8)],
             margin=0.05,
-            posture=low,
+            posture=posture,
             world=world,
             clearance=0.008,
         )
@@ -62,6 +49,7 @@ def test_a_problem_is_followed_in_small_steps(walled, robot):
         assert max(error_in_mujoco(robot, found.q, T)) <= 2e-6
         assert found.residuals[0].met
         q = found.q
+    assert ik.distance(q, posture) < began
 
 
 @pytest.mark.parametrize(
@@ -97,21 +85,23 @@ def test_the_smallest_residual_of_all_initial_guesses_is_returned(model, ik, rng
     assert detoured > 8
 
 
-def test_solutions_are_collision_free_where_they_would_collide_otherwise(walled):
-    ik, world = walled.ik, walled.world
+def test_solutions_are_collision_free_and_keep_a_clearance_where_they_would_collide_otherwise(
+    walled,
+):
     # Behind the wall: from home the elbow or the hand would go through it.
-    rng = np.random.default_rng(4)
-    touching = 0
+    ik, rng, touching, nearer = walled.ik, np.random.default_rng(4), 0, 0
     for _ in range(8):
-        position = rng.uniform([0.3, -0.12, 0.1], [0.6, -0.06, 0.35])
-        target = PositionTarget("panda/tool", position)
-        plain = ik.solve(IKProblem(targets=target), ik.model.home, rng=np.random.default_rng(1))
-        free = ik.solve(
-            IKProblem(targets=target, world=world), ik.model.home, rng=np.random.default_rng(1)
+        target = PositionTarget("panda/tool", rng.uniform([0.3, -0.12, 0.1], [0.6, -0.05, 0.35]))
+        plain, free, wide = (
+            ik.solve(IKProblem(targets=target, **given), ik.model.home)
+            for given in ({}, {"world": walled.world}, {"world": walled.world, "clearance": 0.008})
         )
-        touching += bool(world.collisions(plain.q))
-        assert free.solved and not world.collisions(free.q)
-    assert touching > 2
+        touching += bool(walled.world.collisions(plain.q))
+        assert free.solved and not walled.world.collisions(free.q)
+        if wide.solved:
+            assert wall_distance(walled, wide.q) >= 0.008 - 1e-6
+            nearer += wall_distance(walled, free.q) < 0.008
+    assert touching > 2 and nearer > 0
 
 
 def test_where_no_solution_is_collision_free_the_reason_names_the_obstacle(walled):
@@ -121,19 +111,6 @@ def test_where_no_solution_is_collision_free_the_reason_names_the_obstacle(walle
     assert not found.solved
     assert "no collision-free solution from 81 initial guesses: 'panda/" in found.reason
     assert "would touch 'wall'" in found.reason
-
-
-def test_following_a_problem_drifts_to_the_posture_in_small_steps(model, ik):
-    posture = model.home + np.array([0.4, 0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
-    q = ik.solve(DOWN, model.home).q
-    began = ik.distance(q, posture)
-    for i in range(1, 31):
-        T = pin.SE3(DOWN.rotation, DOWN.translation + [0.0, 0.004 * i, 0.0])
-        problem = IKProblem(targets=PoseTarget("tool", T), posture=posture)
-        found = ik.follow(problem, q)
-        assert found.solved and np.abs(found.q - q).max() <= 0.2 + 1e-12
-        q = found.q
-    assert ik.distance(q, posture) < began
 
 
 def test_following_into_an_obstacle_names_it(walled):
@@ -151,17 +128,16 @@ def test_following_into_an_obstacle_names_it(walled):
     assert "'panda/" in reason and "would touch 'wall'" in reason
 
 
-def test_a_pose_that_the_limits_forbid_ends_after_the_restarts(model, ik):
+def test_a_pose_that_the_limits_forbid_ends_after_so_many_restarts_or_failed_iterations(
+    model, ik, monkeypatch
+):
     inside_the_base = spatial.pointing_down([0.0, 0.0, 0.05])
     found = ik.solve(inside_the_base, model.home, restarts=5)
     assert not found.solved and found.restarts == 5
     assert found.reason == "no solution from 6 initial guesses"
     assert model.limits.contain(found.q)
-
-
-def test_a_search_does_not_restart_after_so_many_failed_iterations(model, ik, monkeypatch):
     monkeypatch.setattr(search, "MAX_FAILED_ITERATIONS", 100)
-    found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
+    found = ik.solve(inside_the_base, model.home)
     assert not found.solved and found.restarts < RESTARTS
     assert 100 <= found.iterations < 100 + search.ITERATIONS
 
@@ -176,13 +152,15 @@ def test_following_never_steps_farther_than_allowed(model, ik, rng):
         assert limits.contain(found.q)
 
 
-def test_following_names_the_joint_at_its_limit(model, ik):
-    q = np.array(model.home)
-    q[6] = model.limits.upper[6]
-    turned = model.pose(q) * pin.SE3(pin.exp3(np.array([0.0, 0.0, 0.1])), np.zeros(3))
-    found = ik.follow(turned, q, max_step=0.05)
-    assert not found.solved
-    assert "joint7 at the limit" in found.reason
+def test_following_names_the_joint_at_its_limit_or_that_it_is_out_of_reach(model, ik):
+    for limit, turn in ((model.limits.upper, 0.1), (model.limits.lower, -0.1)):
+        q = np.append(model.home[:6], limit[6])
+        turned = model.pose(q) * pin.SE3(pin.exp3(np.array([0.0, 0.0, turn])), np.zeros(3))
+        found = ik.follow(turned, q, max_step=0.05)
+        assert not found.solved and "joint7 at the limit" in found.reason
+    above = IKProblem(targets=PositionTarget("tool", [0.0, 0.0, 2.0]))
+    found = ik.follow(above, model.home, max_step=3.0)
+    assert not found.solved and found.reason == "out of reach, or singular"
 
 
 def test_the_iterations_of_a_search_are_those_of_all_its_descents_and_refinements(

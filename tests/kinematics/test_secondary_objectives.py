@@ -25,8 +25,9 @@ def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
         compiled = compile_problem(model, joints, stated, model.home, 1.0 / model.limits.velocity)
         expected = differentiate(compiled.cost, q) * mask
         compiled.constraints.evaluate(q)
-        gradient = compiled.objectives.expand(compiled.constraints).gradient
+        _, gradient, hessian = compiled.objectives.expand(compiled.constraints)
         assert gradient == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    assert hessian == pytest.approx(0.3 * np.eye(7))  # the logarithm's changes by 1 a radian
     signed = np.linalg.det(model.jacobian(q)[:, moving])
     assert compiled.cost(q) == pytest.approx(-0.3 * np.log(abs(signed)))
 

@@ -1,6 +1,7 @@
-"""Motions back along a path, of a bar of 1 m: its tip moves by as much as it turns."""
+"""Motions back along a path; the tip of a bar of 1 m moves by as much as it turns."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.exceptions import MotionError
@@ -25,3 +26,21 @@ def test_the_tool_moves_back_by_the_distance_along_the_travelled_path(distance, 
 def test_without_configurations_before_the_nearest_one_there_is_no_path_back():
     with pytest.raises(MotionError, match="no travelled path"):
         plan_back_off(np.array([0.52]), np.array([[0.6], [0.5]]), 0.1, None, pendulum(), 1.0)
+
+
+def test_from_a_contact_the_arm_backs_off_up_to_what_blocks_the_travelled_path(walled):
+    # Across the wall to the left, and down until the finger tips are 3 mm inside the table.
+    ik, q, rows = walled.ik, walled.ik.model.home, []
+    down = [(0.25, z) for z in np.linspace(0.12, 0.008, 5)]
+    for y, z in [(y, 0.12) for y in np.linspace(-0.25, 0.25, 15)] + down:
+        T = pin.SE3(walled.left.rotation, np.array([0.5, y, z]))
+        q = ik.follow(T, q, max_step=2.0).q
+        rows.append(q)
+    assert walled.world.collisions(q)
+    travelled = np.array(rows[::-1])
+    back = plan_back_off(q, travelled, 0.2, walled.world, ik.model, 1.0)
+    moved = ik.model.pose(back.end).translation - ik.model.pose(q).translation
+    assert moved == pytest.approx([0.0, 0.112 - 0.2, 0.112], abs=2e-3)
+    with pytest.raises(MotionError, match="the path back is blocked: .* would touch 'wall'") as e:
+        plan_back_off(q, travelled, 0.55, walled.world, ik.model, 1.0)
+    assert e.value.reason == "collision"

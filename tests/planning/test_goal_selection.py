@@ -13,6 +13,8 @@ def test_the_first_goal_is_the_nearest_solution_and_the_others_differ(walled):
     assert all(goal.solved for goal in goals) and len(goals) > 1
     distances = [ik.distance(goal.q, home) for goal in goals]
     assert distances[0] <= 1.01 * min(distances)  # with the margin kept
+    for solution in ik.solutions(walled.left, home):
+        assert min(np.abs(solution.q - goal.q).max() for goal in goals) <= 0.1
 
 
 def test_with_an_approach_the_line_from_the_goal_is_free(walled):

@@ -171,6 +171,17 @@ def test_three_points_are_on_a_line_below_an_angle_whatever_their_distances_are(
             ArcTo(via, end).segment(START)
 
 
+@pytest.mark.parametrize("pair", [(0, 1), (0, 2), (1, 2)])
+def test_three_points_of_which_two_are_within_a_micrometre_are_no_arc(pair):
+    # The other one is so near that the triangle is not flat.
+    for apart, refused in ((0.5e-6, True), (2e-6, False)):
+        points = np.tile(START.translation, (3, 1)) + 1e-5 * np.eye(3)[[0, 0, 0]]
+        points[list(pair)] = START.translation, START.translation + [0.0, apart, 0.0]
+        start, via, end = (pin.SE3(START.rotation, point) for point in points)
+        with pytest.raises(MotionError, match="are apart") if refused else nullcontext():
+            ArcTo(via.translation, end).segment(start)
+
+
 def test_limits_progress_and_grids_of_a_path_of_a_line_an_arc_and_a_turn():
     # A line of 0.3 m with 0.5 rad; half a turn at 0.1 m; a turn of 2 rad at 0.02 m, which counts
     # as 0.3 m/rad: they are 0.3 m, 0.1 pi m, and 0.6 m of travel.

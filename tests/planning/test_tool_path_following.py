@@ -18,17 +18,6 @@ from bt_manip.trajectories import SplinePath, effort_use, limit_use
 from .test_tool_path import CORNER, END, START
 
 
-def tool_motion(arm, trajectory, step=1e-3):
-    """Velocity [m/s] and angular velocity [rad/s] of the tool, by Pinocchio."""
-    q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, step))
-    rates = np.array([arm.model.jacobian(x) @ u for x, u in zip(q, v, strict=True)])
-    return rates[:, :3], rates[:, 3:]
-
-
-def planned(arm):
-    return arm.trajectory
-
-
 @pytest.fixture
 def at_start(arm) -> Arm:
     arm.reset(arm.ik.nearest(START, arm.model.home).q)
@@ -49,7 +38,7 @@ def test_a_path_is_followed_to_its_end_inside_all_limits(at_start, steps, blend)
     arm = at_start
     paths = tool_paths(arm.model.pose(arm.q), steps, blend)
     arm.move_path(steps, blend=blend)
-    trajectory = planned(arm)
+    trajectory = arm.trajectory
     assert limit_use(trajectory, arm.model.limits).inside
     assert effort_use(trajectory, arm.model) <= 0.96
     q, *_ = trajectory.sample(np.linspace(0.0, trajectory.duration, 100))
@@ -74,7 +63,9 @@ def test_the_tool_keeps_its_limits(at_start, blend, monkeypatch):
     for model in (arm.model, arm.ik.model):
         monkeypatch.setattr(model, "limits", replace(model.limits, tool=limits))
     arm.move_path([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END), LineTo(START)], blend=blend)
-    linear, angular = tool_motion(arm, planned(arm))
+    q, v, _ = arm.trajectory.sample(np.arange(0.0, arm.trajectory.duration, 1e-3))
+    rates = np.array([arm.model.jacobian(x) @ u for x, u in zip(q, v, strict=True)])
+    linear, angular = rates[:, :3], rates[:, 3:]
     speed = np.linalg.norm(linear, axis=1)
     assert 0.95 * 0.25 < speed.max() <= 1.001 * 0.25
     slowest = speed[60:-60].min()  # it stops in corners that are not blended
@@ -95,14 +86,16 @@ def test_a_path_that_leaves_the_workspace_is_refused_with_its_share_inside(at_st
     assert 0.3 / 1.3 < e.value.fraction < (0.3 + 0.5) / 1.3
 
 
-def test_a_line_is_followed_with_a_joint_along_its_limit(model, ik):
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_line_is_followed_with_a_joint_along_its_limit(model, ik, side):
     q0 = np.array([-1.072, -0.626, 0.458, -2.31, 0.266, 1.729, 2.847])  # joint 7 by its limit
+    q0[::2] *= side
     start = model.pose(q0)
     down = pin.SE3(start.rotation, start.translation - [0.0, 0.0, 0.385])
     (path,) = tool_paths(start, [LineTo(down)])
     curve = follow_tool_path(ik, q0, path)
     q = curve.evaluate(np.linspace(0.0, 1.0, 3000), 0)[0][:, : model.nq]
-    assert (model.limits.upper - q).min() < 0.01
+    assert np.minimum(model.limits.upper - q, q - model.limits.lower)[:, 6].min() < 0.01
     assert model.limits.contain(q, 1e-9)
     assert np.abs(model.pose(q[-1]).translation - down.translation).max() <= 1e-7
 
@@ -116,7 +109,7 @@ def test_tiny_motions_are_inside_all_limits_too(at_start, size, turned):
     aside = pin.SE3(pin.exp3(little), np.zeros(3)) if turned else pin.SE3(np.eye(3), little)
     arm.move_linear(T * aside)
     assert 0.0 < arm.remaining < 0.05
-    assert limit_use(planned(arm), arm.model.limits).inside
+    assert limit_use(arm.trajectory, arm.model.limits).inside
     while arm.moving:
         arm.advance(1e-3)
     assert np.abs(pin.log6(arm.model.pose(arm.q).actInv(T * aside)).np).max() <= 2e-8
@@ -127,9 +120,9 @@ def test_a_line_near_a_singularity_is_followed_inside_all_limits(arm):
     start = arm.model.pose(arm.q)
     along = np.array([0.108, 0.199, 0.005])
     arm.move_linear(pin.SE3(start.rotation, start.translation + along))
-    assert limit_use(planned(arm), arm.model.limits).inside
+    assert limit_use(arm.trajectory, arm.model.limits).inside
     direction = along / np.linalg.norm(along)
-    for q in planned(arm).sample(np.arange(0.0, arm.remaining, 0.02))[0]:
+    for q in arm.trajectory.sample(np.arange(0.0, arm.remaining, 0.02))[0]:
         gone = arm.model.pose(q).translation - start.translation
         assert np.linalg.norm(gone - direction * (direction @ gone)) <= 6e-5
 
@@ -138,7 +131,7 @@ def test_a_turn_is_slow_only_where_a_joint_reaches_its_limit(arm):
     arm.reset([-0.181, -0.117, -0.233, -2.318, -0.033, 2.204, 0.392])
     place = arm.model.pose(arm.q).translation
     arm.move_path([TurnAbout(place, (0.0, 0.0, 1.0), -np.pi)])
-    trajectory, limits = planned(arm), arm.model.limits
+    trajectory, limits = arm.trajectory, arm.model.limits
     assert limit_use(trajectory, limits).inside and effort_use(trajectory, arm.model) <= 0.96
     q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))
     assert limits.upper[6] - q[:, 6].max() < 0.01

@@ -7,11 +7,20 @@ import pytest
 
 from bt_manip.robots import JointLimits
 from bt_manip.trajectories import (
+    JointTrajectory,
+    MotionProfile,
     PathLimits,
+    TailTrajectory,
+    effort_use,
     limit_use,
     tool_use,
 )
-from bt_manip.trajectories.limit_check import motor_efforts, sampled_effort_use
+from bt_manip.trajectories.limit_check import (
+    effort_times,
+    has_jump,
+    motor_efforts,
+    sampled_effort_use,
+)
 
 from .pendulum import pendulum
 
@@ -63,11 +72,50 @@ def test_efforts_are_those_of_a_pendulum_with_damping_and_dry_friction(rng):
     assert sampled_effort_use(model, q, v, a) == pytest.approx(-tau.min() / 7.0)
 
 
-def test_the_speed_of_the_tool_is_found_between_coarse_steps():
-    # q' = 0.2 + 0.1 sin(70 t) rad/s, whose maxima are between two steps of 10 ms.
+def test_efforts_are_known_where_the_jerk_changes_and_also_between_where_that_is_rare():
+    # A bar of 2 kg passes the level at 0.35 s; its jerk may change there, or long before and after.
+    model = pendulum(gravity=-9.81, effort=30.0)
+    for starts in ([0.0], [0.0, 0.1, *np.arange(0.6, 1.0, 0.02)]):
+        profile = MotionProfile([[t, t - 0.35, 1.0, 0.0, 0.0] for t in starts], 1.0, 0.65)
+        tail = TailTrajectory(JointTrajectory([profile]), 0.1)
+        assert effort_use(tail, model) == pytest.approx(2.0 * 9.81 / 30.0, rel=1e-3)
+        assert np.diff(effort_times(tail), prepend=0.0).max() < 0.0161
+    for step, dense in ((0.031, True), (0.033, False)):
+        starts = step * np.arange(20)
+        profile = MotionProfile([[t, t, 1.0, 0.0, 0.0] for t in starts], 20 * step, 20 * step)
+        trajectory = JointTrajectory([profile])
+        assert (len(effort_times(trajectory)) == len(trajectory.breakpoints())) == dense
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_jump_is_more_than_twice_what_the_jerk_explains_in_one_step(rng, side):
+    # q = j t^3 / 6 deviates from the trapezoidal rule by j h^3 / 12.
+    t, jerk = 1e-3 * np.arange(6)[:, np.newaxis], np.array([50.0, 400.0])
+    q, v, a = side * jerk * t**3 / 6.0, side * jerk * t**2 / 2.0, side * jerk * t
+    assert not has_jump((q, v, a), jerk)
+    for by, jumps in ((0.9, False), (1.1, True), (-2.9, False), (-3.1, True)):
+        moved = q + by * side * jerk * 1e-9 / 12.0 * np.outer(np.arange(6) > 3, [0.0, -1.0])
+        assert has_jump((moved, v, a), jerk) == jumps
+
+
+def test_the_speed_of_the_tool_is_found_between_coarse_steps(rng):
+    # Speeds of three waves on a ramp, whose maxima are between two steps of 10 ms, or at an end.
     model = pendulum()
-    limits = replace(model.limits, tool_speed=0.3, arm=model)
-    motion = Motion(lambda t: (0.2 * t - 0.1 / 70.0 * np.cos(70.0 * np.minimum(t, 0.1)),))
-    for start, most in ((0.0, 0.29998), (0.03, 0.284484)):  # at first, or just after the start
-        assert tool_use(motion, limits, start) == pytest.approx(most / (0.995 * 0.3), rel=1e-4)
-    assert tool_use(motion, model.limits) == 0.0
+    assert tool_use(Motion(lambda t: (t, None, None)), model.limits) == 0.0
+    for _ in range(12):
+        rate, size, phase = rng.uniform([[10.0], [0.0], [0.0]], [[120.0], [0.15], [6.3]], (3, 3))
+        ramp = rng.uniform(-8.0, 8.0)
+
+        def turn(t, rate=rate, size=size, phase=phase, ramp=ramp):
+            t = np.minimum(t, 0.1)
+            waves = (size / rate * np.cos(rate * t + phase)).sum(axis=1, keepdims=True)
+            return 0.2 * t + 0.5 * ramp * t * t - waves, None, None
+
+        for start, share in ((0.043, 0.97), (0.0, 0.97), (0.0, 1.003)):
+            times = np.append(np.arange(start, 0.0999, 1e-3), 0.1)[:, np.newaxis]
+            chord = 2.0 * np.sin(0.5 * np.abs(np.diff(turn(times)[0], axis=0))).max()  # in 1 ms
+            limits = replace(model.limits, tool_speed=share * chord / 1e-3, arm=model)
+            use = tool_use(Motion(turn), limits, start)
+            assert use == pytest.approx(1.0 / (share * 0.995), rel=1e-6)
+        assert tool_use(Motion(turn), limits) == use
+        assert tool_use(Motion(turn), limits, 0.2) == 0.0  # after its end

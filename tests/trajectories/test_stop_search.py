@@ -24,6 +24,10 @@ def straight(model):
     return LimitedPath(path.evaluate, PathLimits(model.limits, path.limits), 1.0)
 
 
+def at_control_steps(path, profile):
+    return profile.sample_along(path.evaluate, np.arange(0.0, profile.duration, 1e-3))
+
+
 def test_no_coordinate_stops_faster_than_ruckig_stops_it():
     rng, one = np.random.default_rng(4), np.ones(2)
     for _ in range(50):
@@ -92,7 +96,7 @@ def test_a_joint_stops_as_fast_as_ruckig_however_its_path_is_parameterized(bend,
     keeping = [
         (profile.duration, q, v, a)
         for profile in stop_profiles(path, start)
-        for q, v, a in [path.sample(profile, np.arange(0.0, profile.duration, 1e-3))]
+        for q, v, a in [at_control_steps(path, profile)]
         if np.abs(a).max() <= 5.0 and np.abs(np.diff(a[:, 0])).max() <= 1e-3 * jerk
     ]
     duration, q, v, _ = keeping[0]
@@ -119,7 +123,7 @@ def test_where_no_path_jerk_suits_both_joints_a_stop_inside_all_limits_is_found(
     inside = [
         profile.duration
         for profile in stop_profiles(path, MOVING)
-        if max(path.limits.use(*path.sample(profile, np.arange(0.0, profile.duration, 1e-3)))) <= 1
+        if max(path.limits.use(*at_control_steps(path, profile))) <= 1
     ]
     assert fastest <= inside[0] <= 1.11 * fastest
 
@@ -136,13 +140,16 @@ def test_a_search_converges_in_four_profiles_to_a_stop_that_uses_a_limit_at_all_
     profiles = list(stop_profiles(path, (0.0, 1.0, now)))
     uses = []
     for profile in (profiles[0], profiles[3]):
-        _, _, a = path.sample(profile, np.arange(0.0, profile.duration, 1e-3))
+        _, _, a = at_control_steps(path, profile)
         jerks = np.abs(np.diff(a, axis=0)) / (1e-3 * jerk)
         uses.append(np.maximum(np.abs(a[1:]) / bound, jerks).max(axis=1))
     assert uses[0].max() < 1.2 and (uses[0] > 0.95).mean() > 0.7
     assert 0.99 < uses[1].max() < 0.9951 and (uses[1] > 0.95).all()
     fastest = shortest_stop_time(c[1], 2.0 * c[2] + now * c[1], path.limits)
     assert fastest <= profiles[3].duration < 1.06 * fastest
+    for profile in profiles:  # exactly at rest where they end
+        last = profile.at(profile.duration - 1e-9)
+        assert last[:2] == pytest.approx((profile.end, 0.0), abs=1e-7)
 
 
 @pytest.mark.parametrize("margin", [0.9, 0.3])
@@ -156,10 +163,11 @@ def test_bounds_of_path_acceleration_and_jerk_are_those_of_all_coordinates(rng, 
     limits.margin = margin
     assert limits.extend(20) and limits.extend(500) and not limits.extend(500)
     assert len(limits.nodes()) == 82  # from 0.2 to 1, and one beyond the end
-    s, v, u = 0.2 + np.array([0.07, 0.303, 0.618]), np.array([0.4, 0.9, 1.3]), np.array([-2, 0, 1])
+    s, v, u = 0.2 + np.array([0.07, 0.203, 0.618]), np.array([0.4, 0.9, 1.3]), np.array([-2, 0, 1])
     rows = limits.at(s)
     assert np.array_equal(fresh.at(s), rows)
     assert limits.at(np.array([1.05])) == pytest.approx(limits.nodes(81))
+    assert limits.nodes(81)[0, :3] == pytest.approx(path.evaluate(np.ones(1))[1][0])  # of the end
     (_, d1, d2), steps = (
         path.evaluate(s),
         [polyval(s + h, polyder(c, 3)).T for h in (-5e-3, 5e-3)],
@@ -204,13 +212,3 @@ def test_efforts_bound_the_path_acceleration_together_with_gravity_damping_and_f
     most = 0.9 * 0.98 * 40.0
     expected = np.maximum((most - rest) / (2.0 * d1), -90.0 / np.abs(d1) - d2 * v * v / d1)
     np.testing.assert_allclose(limits.min_acceleration(limits.nodes(), v), expected, rtol=1e-2)
-
-
-def test_the_shortest_time_to_stop_is_that_of_the_textbook():
-    # v / a to brake, and a / j for the acceleration to come and to go.
-    one = np.ones(2)
-    limits = MotionLimits(-one, one, one, np.array([4.0, 5.0]), 100.0 * one, one)
-    shortest = shortest_stop_time(
-        np.array([2.0, -1.0]), np.zeros(2), PathLimits(limits, np.empty((3, 0)))
-    )
-    assert shortest == pytest.approx(2.0 / 4.0 + 4.0 / 100.0)

@@ -4,15 +4,24 @@ import numpy as np
 import pytest
 
 from bt_manip.trajectories import (
+    BlendedTrajectory,
     JointTrajectory,
     MotionProfile,
+    PathTrajectory,
+    SequenceTrajectory,
+    SplinePath,
+    TailTrajectory,
+    TimeScaledTrajectory,
+    joint_profiles,
     plan_stop,
     stopping,
 )
-from bt_manip.trajectories.motion_profile import profile_to_velocity
+from bt_manip.trajectories.motion_profile import profile_to_position, profile_to_velocity
 from bt_manip.trajectories.stop_search import STOP_MARGINS
 from tests.measuring.motions import KINDS
 from tests.measuring.stops import measure_stops
+
+from .pendulum import pendulum
 
 TURN = np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -53,3 +62,34 @@ def test_near_its_end_a_motion_goes_on_to_its_end(arm):
     for left in (1e-3, 1.3e-3, 2e-3):
         stop = plan_stop(trajectory, trajectory.duration - left, arm.model)
         assert stop.duration == pytest.approx(left) and np.array_equal(stop.end, trajectory.end)
+
+
+def test_a_stop_begins_in_the_state_of_motion_that_it_ends():
+    model = pendulum(effort=1e4, acceleration=20.0, jerk=2000.0, velocity=10.0)
+    s, limits = (
+        np.linspace(0.0, 1.0, 9),
+        (model.limits.velocity, 5.0 * np.ones(1), 100 * np.ones(1)),
+    )
+    curve = SplinePath((0.4 * s + 0.6 * s**2)[:, np.newaxis])
+    along = PathTrajectory(curve, profile_to_position((0.0, 0.0, 0.0), 1.0, (0.6, 1.5, 20.0)))
+    scaled = TimeScaledTrajectory(along, profile_to_velocity((0.5, 0.4, 0.5), 0.9, (0.6, 3.0)))
+    state = tuple(rows[0] for rows in along.sample(np.array([0.8])))
+    after, back = (
+        JointTrajectory(joint_profiles(begin, np.array([0.2]), *limits))
+        for begin in (state, (along.end, np.zeros(1), np.zeros(1)))
+    )
+    blended = BlendedTrajectory([along, after], [0.0, 0.8])
+    for trajectory, t in (
+        (along, 0.7),
+        (scaled, 0.6),
+        (TailTrajectory(scaled, 0.2), 0.35),
+        (blended, 0.3),
+        (TailTrajectory(blended, 0.5), 0.5),
+        (SequenceTrajectory([along, back]), 2.6),
+    ):
+        stop = plan_stop(trajectory, t, model)
+        assert 0.01 < stop.duration < 0.6 * (trajectory.duration - t)
+        for begins, ends in zip(
+            stop.sample(np.zeros(1)), trajectory.sample(np.array([t])), strict=True
+        ):
+            assert begins == pytest.approx(ends, rel=1e-9) and abs(begins[0]) > 0.01
