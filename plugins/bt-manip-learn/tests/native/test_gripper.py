@@ -62,24 +62,40 @@ def test_signals_of_many_steps_are_those_of_single_steps(grip):
     assert gripper.get_state()["ramp"] == after["ramp"]
 
 
-def test_signals_past_the_end_of_a_plan_are_its_last():
-    planned = np.arange(6.0).reshape(3, 2)
-    hand = SimpleNamespace(_planned=lambda: planned, _index=1, advance=lambda steps: None)
-    rows = NativeTwoFingerGripper.signals(hand, 4)
-    assert rows.tolist() == planned[[1, 2, 2, 2]].tolist()
-
-
-@pytest.mark.parametrize(("start", "aim"), [(0.04, 0.01), (0.01, 0.04)])
-def test_the_planned_damping_is_that_of_the_speed_of_the_reference(start, aim):
-    s, dt = np.linspace(start, aim, 31), 0.01
-    hand = SimpleNamespace(
-        _signals=None, _path=lambda: s, _start=start, _aim=aim, _rate=0.1,
-        _a=np.array([1.0, -1.0]), _b=np.zeros(2), _k=0.0, _d=2.0,
-    )  # fmt: skip
-    velocity = np.append(np.diff(s) / dt, 0.0)
-    np.testing.assert_allclose(
-        NativeTwoFingerGripper._planned(hand), 2.0 * np.outer(velocity, [1.0, -1.0]), atol=1e-9
-    )
+def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(grip):
+    cell, robot, control, gripper = grip
+    model, motors = cell.model, gripper.mechanism.ctrl_adr
+    dofs = model.jnt_dofadr[model.actuator_trnid[motors, 0]]
+    kp, kd = -model.actuator_biasprm[motors, 1:3].T
+    for m, c, p, d in zip(model.dof_M0[dofs], model.dof_damping[dofs], kp, kd, strict=True):
+        assert np.roots([m, c + d, p]) == pytest.approx([-150.0, -150.0], rel=1e-4)
+    slopes, offsets = np.array([1.0, -1.0]), np.array([0.003, -0.005])  # of mirrored fingers
+    gripper._a, gripper._b, gripper._min = slopes, offsets, 0.016
+    for start, aim in ((0.04, 0.01015), (0.01015, 0.0312)):  # 298.5 and 210.5 steps at 0.1 m/s
+        gripper.move(2 * aim)
+        t, way = 1e-3 * np.arange(400)[:, np.newaxis], abs(aim - start)
+        s = start + np.sign(aim - start) * np.minimum(0.1 * t, way)
+        v = np.sign(aim - start) * np.where(0.1 * t < way, 0.1, 0.0)
+        steps = int(np.ceil(way / 1e-4))
+        rows = [gripper.signals(steps - 1)]
+        assert gripper.moving
+        rows.append(gripper.signals(1))
+        assert not gripper.moving
+        rows.append(gripper.signals(400 - steps))
+        expected = (kp * (s - offsets) + kd * v) / slopes  # no force where joints follow
+        np.testing.assert_allclose(np.concatenate(rows), expected, atol=1e-9)
+    gripper.move(0.08)
+    gripper.signals(31)
+    gripper.stop()
+    expected = kp * (0.0312 + 31e-4 - offsets) / slopes
+    np.testing.assert_allclose(gripper.signals(1), [expected], atol=1e-9)
+    assert not gripper.moving
+    gripper.close(30.0)  # half as much again beyond the closed fingers
+    for _ in range(2):
+        end = gripper.signals(1000)[-1]
+        assert end == pytest.approx(slopes * (kp * (0.008 - offsets) - 45.0))
+        gripper.stop()
+    assert model.actuator_forcerange[motors].tolist() == [[-30.0, 30.0]] * 2
 
 
 @pytest.mark.parametrize(
