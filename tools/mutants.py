@@ -294,6 +294,11 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "_SYNCHRONY = (0.0025, ": "a coupling that is stiffer than needed",
+    "_SYNCHRONY = (5e-06, ": "MuJoCo takes two control steps for what is shorter",
+    "_SYNCHRONY = (0.005, 0.5": "a coupling that is damped a little less",
+    "+ 5e-06 * np.eye(6)": "damping of the inverse near singularities only, by convention",
+    "+ 2e-05 * np.eye(6)": "damping of the inverse near singularities only, by convention",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

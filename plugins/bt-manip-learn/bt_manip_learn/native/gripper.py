@@ -64,7 +64,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         first, second = mechanism.joints
         robot.mjcf_model.equality.add(
             "joint", name="finger_synchrony", joint1=first, joint2=second, solref=_SYNCHRONY,
-            polycoef=[(b2 - b1) / a1, a2 / a1, 0.0, 0.0, 0.0],
+            polycoef=[(b2 - b1) / a1, a2 / a1],
         )  # fmt: skip
 
     # Commands

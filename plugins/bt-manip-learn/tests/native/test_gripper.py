@@ -33,6 +33,13 @@ def test_a_held_cube_does_not_creep_and_is_released():
     before = cell.pose("cube").translation
     cell.step(500)
     assert np.abs(cell.pose("cube").translation - before).max() < 1e-3
+    push = cell.data.xfrc_applied[cell.body_id("cube"), :3]
+    push[:] = 10.0 * robot.tool_pose.rotation[:, 1]  # [N] along the closing direction
+    fingers = cell.model.jnt_qposadr[cell.model.actuator_trnid[gripper.mechanism.ctrl_adr, 0]]
+    for _ in range(100):
+        cell.step()
+        assert abs(np.subtract(*cell.data.qpos[fingers])) < 4e-4  # coupled
+    push[:] = 0.0
     gripper.open()
     step_until(cell, lambda: gripper.is_open, 2.0)
     cell.step(200)
