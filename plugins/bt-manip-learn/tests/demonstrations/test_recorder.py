@@ -140,6 +140,18 @@ def test_only_successful_episodes_keep_their_steps(make_recorder, recorder):
     assert len(read) == 6  # 300 ms for which its goal held, from the first step on
 
 
+def test_an_episode_without_an_end_fails_after_a_minute(recorder, monkeypatch):
+    episodes, step = recorder.episodes, recorder.episodes.expert_step
+
+    def late():
+        step()
+        episodes.steps += 599  # half a minute more
+
+    monkeypatch.setattr(episodes, "expert_step", late)
+    one = recorder.record(0)
+    assert (len(one), one.reason) == (2, "no end within 60 s simulated")
+
+
 DIVERGING = """
 from bt_manip.behaviours import Grasp, Hover, IsIn, Reach, SpawnObject
 from bt_manip.bt import Action, Sequence, Sleep, Status, Tree
