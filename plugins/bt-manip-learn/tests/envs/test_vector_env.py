@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
+from bt_manip_learn.agents import Images
+from bt_manip_learn.envs import gymnasium_env
 from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
 from bt_manip_learn.envs.vector_env import BatchEnvironment
 
@@ -18,6 +20,14 @@ COMMON = {"reward": "dense", "controller": "native_pd"}
 def make_batch(n, name=ID, **options):
     options = {**COMMON, **options}
     return gymnasium.make_vec(name, num_envs=n, vectorization_mode="vector_entry_point", **options)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Two environments, which tests reset."""
+    batch = make_batch(2)
+    yield batch
+    batch.close()
 
 
 def assert_same_bits(
@@ -147,41 +157,35 @@ def test_objects_that_act_goals_that_remember_and_models_that_change_are_refused
     batch.close()
 
 
-def test_an_action_that_is_not_finite_is_refused_before_anything_moves():
-    batch = make_batch(2)
-    batch.reset(seed=0)
-    actions = np.zeros(batch.action_space.shape, np.float32)
+def test_an_action_that_is_not_finite_is_refused_before_anything_moves(pair):
+    actions = np.zeros(pair.action_space.shape, np.float32)
+    pair.reset(seed=0)
+    expected, *_ = pair.step(actions)
+    pair.reset(seed=0)
     actions[1, 0] = np.nan
     with pytest.raises(BtManipError, match="action of environment 1"):
-        batch.step(actions)
-    after, *_ = batch.step(np.zeros_like(actions))
-    other = make_batch(2)
-    other.reset(seed=0)
-    expected, *_ = other.step(np.zeros_like(actions))
+        pair.step(actions)
+    after, *_ = pair.step(np.zeros_like(actions))
     same(after, expected)
-    batch.close()
-    other.close()
 
 
-def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on():
-    batch, calm = make_batch(2), make_batch(2)
-    still = np.zeros(batch.action_space.shape, np.float32)
-    for one in (batch, calm):
-        one.reset(seed=0)
-        before, *_ = one.step(still)
-    batch.simulations[1].bind("qvel")[0] = 1e12
-    after, _, ends, _, info = batch.step(still)
-    expected, *_ = calm.step(still)
+def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on(pair):
+    still = np.zeros(pair.action_space.shape, np.float32)
+    pair.reset(seed=0)
+    pair.step(still)
+    expected, *_ = pair.step(still)
+    pair.reset(seed=0)
+    before, *_ = pair.step(still)
+    pair.simulations[1].bind("qvel")[0] = 1e12
+    after, _, ends, _, info = pair.step(still)
     assert ends.tolist() == [False, True]
     assert info["failure"][1].startswith("MuJoCo warned at ")
     for name in before:
         assert after[name][0].tobytes() == expected[name][0].tobytes()
         assert after[name][1].tobytes() == before[name][1].tobytes()  # the last ones before
-    started, *_, info = batch.step(still)
+    started, *_, info = pair.step(still)
     assert info["episode_number"].tolist() == [0, 1]
     assert np.isfinite(started["cube_position"]).all()
-    batch.close()
-    calm.close()
 
 
 def test_a_batch_goes_on_from_states_of_single_environments():
@@ -225,9 +229,10 @@ def test_a_batch_has_what_clients_ask_of_a_vector_environment():
     batch.close()
 
 
-def test_an_image_of_each_environment_is_rendered_and_no_image_observed(opengl):
+def test_an_image_of_each_environment_is_rendered_and_no_image_observed(opengl, monkeypatch):
     with pytest.raises(BtManipError, match="images are rendered one by one"):
-        make_batch(2, images={"kinds": ["depth"]})
+        make_batch(2, images={"kinds": ["depth"], "width": 8, "height": 8})
+    monkeypatch.setattr(gymnasium_env, "RENDERED", Images(width=64, height=48))
     batch = make_batch(2, render_mode="rgb_array")
     batch.reset(seed=[3, 8])
     first, second = batch.render()
