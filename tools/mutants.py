@@ -294,6 +294,7 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "[n or 2 for n in one]": "any size does where a policy takes any",
     "threads: int = ": "how many threads simulate: results do not depend on it",
     "_SYNCHRONY = (0.0025, ": "a coupling that is stiffer than needed",
     "_SYNCHRONY = (5e-06, ": "MuJoCo takes two control steps for what is shorter",

@@ -161,9 +161,10 @@ def test_inputs_and_metadata_are_the_specification(read):
     policy = read(onnx.linear(np.zeros(7), Q, rate="25"))
     assert policy.inputs == Q
     assert (policy.action, policy.rate) == ("cartesian_deltas", 25.0)
-    described = {"history": "3", "execute": "2", "ensemble": "0.01"}
-    policy = read(onnx.linear(np.zeros(7), {"robot_joint_positions": (3, 3)}, **described))
-    assert (policy.history, policy.execute, policy.ensemble) == (3, 2, 0.01)
+    assert (policy.history, policy.execute, policy.ensemble) == (1, 0, None)
+    described = {"history": "64", "execute": "1000000", "ensemble": "1000"}
+    policy = read(onnx.linear(np.zeros(7), {"robot_joint_positions": (64, 3)}, **described))
+    assert (policy.history, policy.execute, policy.ensemble) == (64, 1_000_000, 1000.0)
 
 
 @pytest.mark.parametrize(
