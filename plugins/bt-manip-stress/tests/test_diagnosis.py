@@ -6,6 +6,8 @@ import pytest
 
 from bt_manip.runner import RunObserver, prepare, request_of
 
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
 
 class Faults(RunObserver):
     """Keeps the faults of the arm."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject
-from bt_manip.cell import at_rest
+from bt_manip.cell import at_rest, extent
 from bt_manip.scenes import SceneObject
 from bt_manip_stress import FaultContext, FaultError
 from bt_manip_stress.faults.object_faults import (
@@ -130,6 +130,15 @@ def test_an_obstacle_appears_ahead_of_the_tool_and_disappears(station, start, tr
     assert np.linalg.norm(cell.pose("obstacle").translation[:2] - tool[:2]) > 0.1
     fault.end()
     assert "obstacle" not in cell.entities
+
+
+def test_without_a_motion_an_obstacle_is_above_the_middle_of_object_and_container(station, start):
+    cell = station.cell
+    cube, basket = (cell.pose(name).translation for name in ("cube", "basket"))
+    start(Obstacle(width=0.02, height=0.22, clearance=0.01))
+    place = cell.pose("obstacle").translation
+    assert place == pytest.approx((cube + basket) / 2 + [0.0, 0.0, 0.35 - 0.11])
+    assert np.ptp(extent(cell, "obstacle"), axis=0) == pytest.approx([0.02, 0.02, 0.22])
 
 
 def test_an_obstacle_leaves_the_end_of_the_motion_free(station, start, trial):

@@ -6,6 +6,8 @@ from bt_manip.record import Recorder, RunReport
 from bt_manip.registry import Parts
 from bt_manip.runner import RunObserver, prepare, request_of
 
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
 
 class Leftovers(RunObserver):
     """Lists the free objects in the cell after each cycle."""

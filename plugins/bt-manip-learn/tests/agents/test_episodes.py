@@ -44,6 +44,7 @@ def test_a_tree_that_commands_no_robot_is_a_task_without_expert(parts, tmp_path)
     path = tmp_path / "task.xml"
     path.write_text(TREE.format(""))
     episodes = Episodes(request_of(str(path), parts), parts)
+    assert (episodes.seed, episodes.episode, episodes.steps) == (0, 0, 0)
     episodes.reset(0)
     kind = action_kind("joint_targets", episodes)
     q = episodes.station.robot.q

@@ -1,10 +1,14 @@
 """MuJoCo's actuators open and close two fingers, and hold a cube."""
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bt_manip.cell import Cell
+from bt_manip.robots import Robot, panda
 from bt_manip_learn import NativeTwoFingerGripper
 from tests.support.arms import panda_cell, step_until
 
@@ -69,15 +73,36 @@ def test_signals_of_many_steps_are_those_of_single_steps(grip):
     assert gripper.get_state()["ramp"] == after["ramp"]
 
 
-def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(grip):
-    cell, robot, control, gripper = grip
-    model, motors = cell.model, gripper.mechanism.ctrl_adr
+@pytest.fixture
+def mirrored(tmp_path):
+    """A Panda whose second finger moves away from its joint, and twice as far, by description."""
+    description, path = panda(), tmp_path / "finger_travel.toml"
+    parameters = description.gripper.parameters
+    text = Path(parameters["travel"]).read_text().replace("min_width = 0.0", "min_width = 0.016")
+    straight, travel = "[[0.0, 1.0], [0.0, 1.0]]", "[[0.003, 1.0], [-0.005, -2.0]]"
+    assert straight in text
+    path.write_text(text.replace(straight, travel))
+    gripper = replace(description.gripper, parameters={**parameters, "travel": str(path)})
+    robot, cell = (
+        Robot(replace(description, gripper=gripper), gripper=NativeTwoFingerGripper),
+        Cell(),
+    )
+    cell.add(robot)
+    return cell.model, robot.gripper
+
+
+def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(mirrored):
+    model, gripper = mirrored
+    motors = gripper.mechanism.ctrl_adr
     dofs = model.jnt_dofadr[model.actuator_trnid[motors, 0]]
     kp, kd = -model.actuator_biasprm[motors, 1:3].T
-    for m, c, p, d in zip(model.dof_M0[dofs], model.dof_damping[dofs], kp, kd, strict=True):
+    slopes, offsets = np.array([1.0, -2.0]), np.array([0.003, -0.005])
+    loops = np.transpose([kp, kd]) / slopes[:, np.newaxis] ** 2  # of the fingers, not the joints
+    for m, c, (p, d) in zip(model.dof_M0[dofs], model.dof_damping[dofs], loops, strict=True):
         assert np.roots([m, c + d, p]) == pytest.approx([-150.0, -150.0], rel=1e-4)
-    slopes, offsets = np.array([1.0, -1.0]), np.array([0.003, -0.005])  # of mirrored fingers
-    gripper._a, gripper._b, gripper._min = slopes, offsets, 0.016
+    coupling = model.eq_data[model.equality("panda/finger_synchrony").id, :5]
+    q = 0.01
+    assert offsets[0] + np.polyval(coupling[::-1], q) == pytest.approx(offsets[1] - 2.0 * q)
     for start, aim in ((0.04, 0.01015), (0.01015, 0.0312)):  # 298.5 and 210.5 steps at 0.1 m/s
         gripper.move(2 * aim)
         t, way = 1e-3 * np.arange(400)[:, np.newaxis], abs(aim - start)
@@ -100,9 +125,9 @@ def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_
     gripper.close(30.0)  # half as much again beyond the closed fingers
     for _ in range(2):
         end = gripper.signals(1000)[-1]
-        assert end == pytest.approx(slopes * (kp * (0.008 - offsets) - 45.0))
+        assert end == pytest.approx(kp * (0.008 - offsets) / slopes - 45.0 * slopes)
         gripper.stop()
-    assert model.actuator_forcerange[motors].tolist() == [[-30.0, 30.0]] * 2
+    assert model.actuator_forcerange[motors].tolist() == [[-30.0, 30.0], [-60.0, 60.0]]
 
 
 @pytest.mark.parametrize(
