@@ -298,6 +298,7 @@ ARGUED = {
     "set_opening(opened, 2.0": "an opening beyond that of fully open fingers is theirs",
     "set_opening(opened, 1000.0": "an opening beyond that of fully open fingers is theirs",
     "reshape(len(array), -2)": "NumPy takes any negative length for the one that is left",
+    "_time = 1.0  # [s] simulated": "set at each start, before anything reads it",
     "threads: int = ": "how many threads simulate: results do not depend on it",
     "_SYNCHRONY = (0.0025, ": "a coupling that is stiffer than needed",
     "_SYNCHRONY = (5e-06, ": "MuJoCo takes two control steps for what is shorter",

@@ -14,13 +14,11 @@ import pytest
 from bt_manip import build_station
 from bt_manip.behaviours import Hover, SpawnObject
 from bt_manip.bt import AlwaysSuccess, Fallback, NodeStatus, Sequence, Sleep, Tree
-from bt_manip.cell import CellError
 from bt_manip.exceptions import NodeError
 from bt_manip.plugins import load_plugins
 from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pointing_down
-from bt_manip.viewer import render
 from bt_manip_policy import PolicyKind, RunPolicy, policy_process
 from bt_manip_policy.policy_inputs import with_history
 from bt_manip_policy.policy_kind import ONNX
@@ -54,15 +52,6 @@ def policy(tmp_path):
         return str(path)
 
     return write
-
-
-@pytest.fixture
-def drawn(station):
-    """Skip where nothing can be drawn."""
-    try:
-        render(station.cell, width=16, height=16)
-    except CellError as error:
-        pytest.skip(str(error))
 
 
 class Acting:
@@ -343,7 +332,7 @@ def test_the_command_refuses_files_of_strangers_in_time(tmp_path):
 # Images, history, states, chunks, policies in Python
 
 
-def test_a_policy_observes_images(drawn, station, tmp_path):
+def test_a_policy_observes_images(opengl, station, tmp_path):
     """With less light it sees a darker picture."""
     means = []
     for brightness in (1.0, 0.2):
