@@ -141,7 +141,7 @@ ARGUED = {
     "rows[-1] for rows in first.sample(np.array([start": "it is sampled at one time",
     "np.array([0.0, 0.0, 0.5])).matrix": "only the direction of the vector counts",
     "if (new_status == Status.INVALID):": "to stop an arm at rest changes nothing",
-    "Path(sys.argv[1]), Path(sys.argv[1])": "run with LeRobot, in its environment, by tests",
+    "convert(Path(sys.argv[": "run with LeRobot, in its environment, by tests",
     "default=(np.inf, np.zeros(3000)": "without a fit no force is described",
     "setattr(self.env, name, given[-1])": "the values are equal",
     "setpoints.reshape(-2, 3": "NumPy takes any negative length for the one that is left",

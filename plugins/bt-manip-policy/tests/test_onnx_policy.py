@@ -52,11 +52,6 @@ def test_observations_get_the_batch_dimension_that_the_file_asks_for(read, shape
     assert policy.act(OBSERVED, 7)[0].shape == (1, 7)
 
 
-def test_several_rows_are_a_sequence_of_actions(read):
-    policy = read(onnx.linear(np.arange(28).reshape(4, 7), Q))
-    assert policy.act(OBSERVED, 7)[0][:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
-
-
 def test_an_action_that_is_not_finite_or_of_another_size_is_an_error(read):
     for value in (np.nan, np.inf):
         offset = np.zeros(7)

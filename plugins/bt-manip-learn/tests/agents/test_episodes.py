@@ -223,6 +223,9 @@ def test_the_progress_of_several_objects_counts_reaching_and_holding_one_of_them
     handled = max(0.2 * (0.2 / (0.2 + near) - over), 0.2 * 0.2 / (0.2 + np.sqrt(0.34 + 0.09)))
     found = placing_progress(cell, robots, {"a": place, "b": place})
     assert found == pytest.approx((placed + there[1] + handled) / 2, rel=1e-6)
+    cell.move("a", pose((0.2, 0.3, 0.11)), overlap=9.0)  # 1 cm deeper than it may sink
+    placed = 0.5 * 0.2 / (0.2 + 0.01) + 0.4 * 0.5 + 0.1 * 0.5 * 0.2 / (0.2 + 0.015)
+    assert placing_progress(cell, robots, {"a": place}) == pytest.approx(placed, rel=1e-6)
 
 
 @pytest.mark.parametrize("lag", [-0.06, 0.06, -0.04])
