@@ -75,7 +75,6 @@ def test_a_state_continues_bit_for_bit():
     found = [env.step(action)[0] for action in actions[2:]]
     for a, b in zip(expected, found, strict=True):
         assert all(np.array_equal(a[name], b[name]) for name in a)
-    env.close()
 
 
 @pytest.mark.soak
@@ -96,7 +95,6 @@ def run_random_policy(id, action, steps):
         assert all(np.isfinite(x).all() for x in observation.values())
         if terminated or truncated:
             env.reset()
-    env.close()
 
 
 def test_a_choice_of_subtrees_can_succeed():

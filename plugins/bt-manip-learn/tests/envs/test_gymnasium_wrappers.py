@@ -191,4 +191,3 @@ def test_known_bounds_are_declared_and_kept():
     for _ in range(20):
         assert space.contains(observation)
         observation, *_ = env.step(np.sign(env.action_space.sample()))
-    env.close()

@@ -71,4 +71,3 @@ def test_the_dense_return_of_an_agent_is_the_progress_made():
         seen.append(info["progress"])
     assert all(0.0 <= value <= 1.0 for value in seen)
     assert info["episode"]["r"] == pytest.approx(seen[-1] - seen[0])
-    env.close()

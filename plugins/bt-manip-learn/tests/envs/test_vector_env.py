@@ -99,8 +99,6 @@ def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts
         *_, infos = batch.step(batch.action_space.sample())
     *_, info = single.step(single.action_space.sample())
     assert info["results"] == {"object": "part", "half": 0.5}
-    single.close()
-    batch.close()
 
 
 @pytest.mark.soak
@@ -126,7 +124,6 @@ def test_a_mask_resets_some_environments_and_leaves_the_others():
         assert after[name][0].tobytes() == first[name][0].tobytes()
         assert after[name][1].tobytes() == before[name][1].tobytes()
     assert info["_seed"].tolist() == [True, False]
-    batch.close()
 
 
 @pytest.mark.parametrize(
@@ -154,7 +151,6 @@ def test_objects_that_act_goals_that_remember_and_models_that_change_are_refused
     batch = BatchEnvironment("open_drawer", num_envs=2)
     with pytest.raises(BtManipError, match="episodes in a batch share one model"):
         batch.reset(seed=0)
-    batch.close()
 
 
 def test_an_action_that_is_not_finite_is_refused_before_anything_moves(pair):
@@ -206,8 +202,6 @@ def test_a_batch_goes_on_from_states_of_single_environments():
         assert rewards[1] == reward
         for name, values in expected.items():
             assert observed[name][1].tobytes() == values.tobytes(), name
-    batch.close()
-    single.close()
 
 
 def test_a_batch_has_what_clients_ask_of_a_vector_environment():
@@ -226,7 +220,6 @@ def test_a_batch_has_what_clients_ask_of_a_vector_environment():
             batch.set_attr("mark", wrong)
     with pytest.raises(BtManipError, match="'step' is not possible in single environments"):
         batch.call("step", None)
-    batch.close()
 
 
 def test_an_image_of_each_environment_is_rendered_and_no_image_observed(opengl, monkeypatch):
