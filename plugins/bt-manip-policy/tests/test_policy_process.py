@@ -115,7 +115,9 @@ def test_a_policy_may_be_a_class_of_python(in_python, capfd):
         ("1 / 0", "failed: ZeroDivisionError: division by zero"),
         ("self.kept = bytearray(1 << 30)", "needs more than 768 MB of memory"),
         ("observations['robot_joint_positions'] = 'none'", "failed: "),
-        ("observations['robot_joint_positions'].resize(1 << 20)", "returned 1048576 numbers"),
+        ("raise ValueError(999 * 'x ')", "failed: ValueError: (x ){190}$"),  # 400 characters
+        ("observations['robot_joint_positions'].resize(65537)", "returned 65537 numbers"),
+        ("observations['robot_joint_positions'].resize(65536)", "returned values of shape 65536"),
         ("observations['robot_joint_positions'].resize(3)", "returned values of shape 3"),
         ("observations['robot_joint_positions'].resize((2, 1, 7))", "returned values of shape 2"),
     ],

@@ -20,7 +20,7 @@ from bt_manip_stress.faults.object_faults import (
     Stuck,
     Vanish,
 )
-from bt_manip_stress.faults.places import FARTHEST, Places
+from bt_manip_stress.faults.places import Places
 
 TARGET = [1.2, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]  # [rad]
 BASE, TABLE = np.array([-0.1, 0.0]), 1.015
@@ -173,13 +173,14 @@ def test_places_for_an_object_are_at_least_a_distance_and_at_most_the_farthest_a
     for distance in (0.05, 0.2):
         places = islice(Places(context, "cube", distance).sample(), 30)
         away = [np.linalg.norm(T.translation[:2] - here) for T in places]
-        assert distance <= min(away) and max(away) <= FARTHEST
+        assert distance <= min(away) and 0.35 < max(away) <= 0.4
     assert min(away) < 0.3  # also near ones
     model, rng = station.arm.model, np.random.default_rng(1)
     bounds, base = model.limits.sampling_bounds(), station.cell.pose("panda").translation
     tools = [model.pose(rng.uniform(*bounds)).translation - base for _ in range(500)]
-    away = [T.translation - base for T in islice(Places(context, "cube", 0.0).sample(), 100)]
-    shares = np.linalg.norm(away, axis=1) / np.linalg.norm(tools, axis=1).max()
+    places = [T.translation for T in islice(Places(context, "cube", 0.0).sample(), 300)]
+    assert 0.34 < np.abs(places)[:, 1].max() <= 0.37  # 3 cm from the edge of the table, at 0.4 m
+    shares = np.linalg.norm(places - base, axis=1) / np.linalg.norm(tools, axis=1).max()
     assert (min(shares), max(shares)) == pytest.approx((0.25, 0.46), abs=0.03)
 
 

@@ -95,6 +95,10 @@ def test_other_folders_and_files_are_refused_with_the_reason(store, tmp_path):
     store.path(1).write_bytes(b"not HDF5")
     with pytest.raises(BtManipError, match="demonstration '.*episode_000001.h5' cannot be read"):
         store.read(1)
-    (store.folder / "manifest.json").write_text('{"format": "bt-manip demonstrations"}')
-    with pytest.raises(BtManipError, match="is not a manifest of demonstrations"):
-        read_demonstrations(store.folder)
+    manifest = store.folder / "manifest.json"
+    manifest.write_text('{"format": "bt-manip demonstrations"}')
+    for size, problem in ((0, "is not a manifest"), (64, "is not a manifest"), (65, "larger than")):
+        with manifest.open("ab") as file:
+            file.truncate(max(size << 20, manifest.stat().st_size))  # [MiB] of zeros
+        with pytest.raises(BtManipError, match=problem):
+            read_demonstrations(store.folder)

@@ -71,9 +71,3 @@ def test_a_goal_is_reached_if_and_only_if_that_of_the_tree_holds(tree, disturbed
         reached.append(reward == 0.0)
         assert reached[-1] == (not env.task.episodes.run.goal.why_not())
     assert disturbed or reached.count(True) == 1 and reached[-1]
-
-
-def test_a_goal_that_is_no_position_is_refused():
-    pytest.importorskip("bt_manip_impedance", reason="the plugin is not installed")
-    with pytest.raises(BtManipError, match="not a position: 'IsOpen'"):
-        GymnasiumEnvironment("open_drawer", goal_conditioned=True)

@@ -10,6 +10,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.spatial import pose
 from bt_manip_learn.agents import goal_progress
 from bt_manip_learn.envs import LearningTask
+from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
 
 
 @pytest.mark.parametrize(("options", "discount"), [({}, 1.0), ({"discount": 0.9}, 0.9)])
@@ -53,12 +54,14 @@ TREE = """\
 """
 
 
-def test_a_condition_without_progress_is_refused_by_its_name(tmp_path):
+def test_a_condition_without_progress_or_position_is_refused_by_its_name(tmp_path):
     path = tmp_path / "look.xml"
     path.write_text(TREE)
     for reward in ("dense", "shaped"):
         with pytest.raises(BtManipError, match="ObjectExists has no method 'places' or 'progress'"):
             LearningTask(str(path), reward=reward)
+    with pytest.raises(BtManipError, match="not a position: 'ObjectExists'"):
+        GymnasiumEnvironment(str(path), goal_conditioned=True)
 
 
 def test_the_dense_return_of_an_agent_is_the_progress_made():
