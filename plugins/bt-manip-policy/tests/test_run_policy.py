@@ -351,15 +351,15 @@ def test_a_history_begins_with_the_first_observation_and_moves_on(station, polic
     assert with_history([first, others[0]], 4)["x"].tolist() == [[0.0], [0.0], [0.0], [1.0]]
     assert with_history([first, *others], 3)["x"].tolist() == [[2.0], [3.0], [4.0]]
     assert with_history([first, *others], 1) is others[-1]
-    tools, model = [], policy(np.zeros((3, 7)), {"robot_tool_position": (3, 3)}, history="3")
+    tools, model = [], policy(np.zeros((2, 7)), {"robot_tool_position": (2, 3)}, history="2")
     acting = Acting(station, model=model)
     for _ in range(5):
         tools.append(station.robot.tool_pose.translation)
         acting.run(0.05)
     past = acting.leaf.get_state()["past"]
-    assert [one.keys() for one in past] == [{"robot_tool_position"}] * 3
+    assert [one.keys() for one in past] == [{"robot_tool_position"}] * 2
     seen = [one["robot_tool_position"][1] for one in past]
-    np.testing.assert_allclose(seen, tools[-3:], atol=1e-6)
+    np.testing.assert_allclose(seen, tools[-2:], atol=1e-6)  # one for each action
 
 
 def test_states_go_on_from_action_to_action_and_leaf_to_leaf_and_begin_anew(station, tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import data_equivalence
 
 from bt_manip.exceptions import BtManipError
 from bt_manip_learn.agents import Images
@@ -43,35 +44,17 @@ def assert_same_bits(
         vector_kwargs={"autoreset_mode": mode}, disable_env_checker=True, **COMMON,
     )  # fmt: skip
     try:
-        same(batch.reset(seed=5), singles.reset(seed=5))
+        assert data_equivalence(batch.reset(seed=5), singles.reset(seed=5), exact=True)
         rng, ends = np.random.default_rng(1), 0
         for _ in range(steps):
             actions = rng.uniform(-1.0, 1.0, batch.action_space.shape).astype(np.float32)
             found, expected = batch.step(actions), singles.step(actions)
-            same(found, expected)
+            assert data_equivalence(found, expected, exact=True), (found, expected)
             ends += int(found[2].sum() + found[3].sum())
         return ends
     finally:
         batch.close()
         singles.close()
-
-
-def same(a, b, where="result"):
-    """Assert that two results are equal, bit for bit."""
-    assert type(a) is type(b), where
-    if isinstance(a, dict):
-        assert a.keys() == b.keys(), where
-        for key in a:
-            same(a[key], b[key], f"{where} {key}")
-    elif isinstance(a, tuple | list) or (isinstance(a, np.ndarray) and a.dtype == object):
-        assert len(a) == len(b), where
-        for i, (one, other) in enumerate(zip(a, b, strict=True)):
-            same(one, other, f"{where}[{i}]")
-    elif isinstance(a, np.ndarray):
-        assert a.dtype == b.dtype and a.shape == b.shape, where
-        assert a.tobytes() == b.tobytes(), f"{where}: {a} {b}"
-    else:
-        assert a == b, where
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
@@ -162,7 +145,7 @@ def test_an_action_that_is_not_finite_is_refused_before_anything_moves(pair):
     with pytest.raises(BtManipError, match="action of environment 1"):
         pair.step(actions)
     after, *_ = pair.step(np.zeros_like(actions))
-    same(after, expected)
+    assert data_equivalence(after, expected, exact=True)
 
 
 def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on(pair):
