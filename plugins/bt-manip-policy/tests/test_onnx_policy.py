@@ -52,16 +52,6 @@ def test_observations_get_the_batch_dimension_that_the_file_asks_for(read, shape
     assert policy.act(OBSERVED, 7)[0].shape == (1, 7)
 
 
-def test_an_action_that_is_not_finite_or_of_another_size_is_an_error(read):
-    for value in (np.nan, np.inf):
-        offset = np.zeros(7)
-        offset[2] = value
-        with pytest.raises(PolicyError, match="not finite"):
-            read(onnx.linear(offset, Q)).act(OBSERVED, 7)
-    with pytest.raises(PolicyError, match="returned values of shape 6, .* of this robot has 7"):
-        read(onnx.linear(np.zeros(6), Q)).act(OBSERVED, 7)
-
-
 def of_one_node(node, *initializers, **metadata):
     """Encode a policy of a node from joint positions to an action."""
     inputs, outputs = [onnx.value("robot_joint_positions", (7,))], [onnx.value("action", (7,))]

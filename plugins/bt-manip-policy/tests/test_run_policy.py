@@ -191,7 +191,7 @@ def test_halting_stops_the_arm_within_its_limits_and_hover_goes_on(station, poli
 @pytest.mark.parametrize(
     ("offset", "inputs", "metadata", "reason"),
     [
-        ([0.0, np.nan, 0, 0, 0, 0, 0], TOOL, {}, "not finite"),
+        ([0.0, np.inf, 0, 0, 0, 0, 0], TOOL, {}, "not finite"),
         (np.zeros(7), TOOL, {"rate": "1000"}, "ticked less often"),
         (np.zeros(7), {"cube_position": (3,)}, {}, "'cube_position', which the station lacks"),
     ],
@@ -209,7 +209,7 @@ def test_a_policy_that_cannot_act_at_a_tick_fails(
     ("offset", "inputs", "metadata", "reason"),
     [
         (np.zeros(7), TOOL, {"action": "joint_torques"}, "did you mean 'joint_targets'"),
-        (np.zeros(6), TOOL, {}, "of this robot has 7"),
+        (np.zeros(6), TOOL, {}, "returned values of shape 6, .* of this robot has 7"),
         (np.zeros(7), TOOL, {"action": "joint_targets"}, "of this robot has 8"),
         (np.zeros(7), {"robot_tools_position": (3,)}, {}, "did you mean 'robot_tool_position'"),
         (np.zeros(7), {"robot_joint_positions": (6,)}, {}, "size 6, the station's has 7"),
