@@ -8,13 +8,21 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bt_manip.behaviours import Destination
+from bt_manip.behaviours import Destination, MoveHome
+from bt_manip.bt import Sequence, Sleep, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import request_of
 from bt_manip.spatial import pose
-from bt_manip_learn.agents import Episodes, LossCheck, action_kind, goal_progress, held_payload
+from bt_manip_learn.agents import (
+    Episodes,
+    LossCheck,
+    SubtreeChoice,
+    action_kind,
+    goal_progress,
+    held_payload,
+)
 from bt_manip_learn.agents.progress import placing_progress
 
 
@@ -151,6 +159,28 @@ def test_of_two_robots_each_follows_its_own_numbers_and_an_object_is_lost_for_bo
         place = left + sideways * (left - right) / np.linalg.norm(left - right)
         cell.move(name, pose(place), overlap=9.0)
         assert loss.reason() == reason
+
+
+def test_choices_are_parts_below_the_root_that_use_a_robot_and_belong_to_the_state(episodes):
+    several = Sequence("all", MoveHome("b"), Sleep("c"), MoveHome("d"))
+    for root, paths in ((MoveHome("a"), []), (several, ["b", "d"])):
+        run, station = SimpleNamespace(tree=Tree(root)), SimpleNamespace(robots={})
+        few = SubtreeChoice(SimpleNamespace(run=run, station=station))
+        assert few.space.choices == ("", *paths)
+        assert (few.space.low, few.space.high) == ([0.0], [len(paths)])
+    episodes.reset(3)
+    kind, other = (action_kind("subtree_choice", episodes) for _ in range(2))
+    nodes, choices = episodes.run.tree.nodes, kind.space.choices
+    running = [one.path for one in nodes if one.engine_status.name == "RUNNING"]
+    assert choices[kind.recorded()] == [path for path in running if path in choices][-1]
+    for number in (0, 2, len(choices) - 1):
+        kind.command(number)
+        assert kind.get_state() == {"running": number, "status": "IDLE"}
+        other.set_state(kind.get_state())
+        assert other.get_state() == kind.get_state()
+    for number in (-1, len(choices)):
+        with pytest.raises(BtManipError, match=f"a number from 0 to {len(choices) - 1}, got"):
+            kind.command(number)
 
 
 def test_a_held_object_is_the_payload_of_an_agent_once_the_grip_is_steady():
