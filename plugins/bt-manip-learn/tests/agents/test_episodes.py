@@ -183,6 +183,29 @@ def test_choices_are_parts_below_the_root_that_use_a_robot_and_belong_to_the_sta
             kind.command(number)
 
 
+def test_an_object_of_the_goal_is_lost_beyond_the_stretched_arm_or_below_everything(episodes):
+    episodes.reset(0)
+    loss, cell = LossCheck(episodes), episodes.station.cell
+    model = episodes.station.arm.model
+    assert loss.reason() == ""
+    # The farthest tool position from the shoulder, over random configurations.
+    rng = np.random.default_rng(0)
+    lower, upper = model.limits.sampling_bounds()
+    shoulder = model.model.jointPlacements[1].translation
+    tools = [model.pose(q).translation for q in rng.uniform(lower, upper, (2000, model.nq))]
+    reached = max(tools, key=lambda tool: np.linalg.norm(tool - shoulder))
+    x, y, z = cell.pose("cube").translation
+    lowest = min(z, *(cell.pose(name).translation[2] for name in ("basket", "panda")))
+    for position, reason in (
+        (reached, ""),
+        (shoulder + 1.6 * (reached - shoulder), "'cube' is out of reach"),
+        ((x, y, lowest - 0.11), "'cube' has fallen"),
+        ((x, y, lowest - 0.09), ""),
+    ):
+        cell.move("cube", pose(position), overlap=9.0)
+        assert loss.reason() == reason
+
+
 def test_a_held_object_is_the_payload_of_an_agent_once_the_grip_is_steady():
     cell = Cell()
     cell.add(Cube(mass=0.3), pose((0.3, -0.2, 0.5)))
