@@ -320,6 +320,7 @@ ARGUED = {
     "cell.time + 1e-12": "against rounding of times",
     "_now.reshape(3, -2)": "NumPy takes any negative length for the one that is left",
     "waiting else 2": "all ticks are alike then",
+    "np.arange(count), (count))": "in how many groups: results do not depend on it",
     "threads: int = ": "how many threads simulate: results do not depend on it",
     "_SYNCHRONY = (0.0025, ": "a coupling that is stiffer than needed",
     "_SYNCHRONY = (5e-06, ": "MuJoCo takes two control steps for what is shorter",

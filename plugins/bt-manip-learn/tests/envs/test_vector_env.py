@@ -1,4 +1,4 @@
-"""A batch of environments has the bits of single ones."""
+"""A batch of environments (`bt_manip_learn.envs.batch`) has the bits of single ones."""
 
 import json
 from pathlib import Path
