@@ -130,6 +130,12 @@ def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_
     assert model.actuator_forcerange[motors].tolist() == [[-30.0, 30.0], [-60.0, 60.0]]
 
 
+def test_fingers_with_more_damping_of_their_own_than_needed_get_no_more(monkeypatch):
+    monkeypatch.setattr("bt_manip_learn.native.gripper._POLE", 1.0)  # [rad/s]
+    cell, *_, gripper = panda_cell(cube=False, make_gripper=NativeTwoFingerGripper)
+    assert not cell.model.actuator_biasprm[gripper.mechanism.ctrl_adr, 2].any()
+
+
 @pytest.mark.parametrize(
     ("lag", "forces", "steady"),
     [
