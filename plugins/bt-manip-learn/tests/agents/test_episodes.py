@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from bt_manip.behaviours import Destination, MoveHome
-from bt_manip.bt import Sequence, Sleep, Tree
+from bt_manip.bt import NodeKind, Sequence, Sleep, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
 from bt_manip.exceptions import BtManipError
@@ -171,6 +171,8 @@ def test_choices_are_parts_below_the_root_that_use_a_robot_and_belong_to_the_sta
     episodes.reset(3)
     kind, other = (action_kind("subtree_choice", episodes) for _ in range(2))
     nodes, choices = episodes.run.tree.nodes, kind.space.choices
+    parts = {one.path for one in nodes[1:] if one.kind is NodeKind.SUBTREE}
+    assert parts and parts < set(choices)
     running = [one.path for one in nodes if one.engine_status.name == "RUNNING"]
     assert choices[kind.recorded()] == [path for path in running if path in choices][-1]
     for number in (0, 2, len(choices) - 1):
