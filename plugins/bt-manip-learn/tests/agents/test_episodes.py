@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from bt_manip.behaviours import Destination, MoveHome
-from bt_manip.bt import NodeKind, Sequence, Sleep, Tree
+from bt_manip.bt import NodeKind, NodeStatus, Sequence, Sleep, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
 from bt_manip.exceptions import BtManipError
@@ -37,6 +37,15 @@ def test_what_the_tree_does_before_it_commands_a_robot_is_done(episodes):
     assert not episodes.station.robot.v.any()
     episodes.expert_step()
     assert episodes.gripped == {} and episodes.steps == 1  # no gripper was commanded
+
+
+def test_the_expert_does_nothing_more_where_the_goal_holds(episodes, monkeypatch):
+    episodes.reset(0)
+    ticks = []
+    monkeypatch.setattr(episodes.run.tree, "tick", lambda: ticks.append(0) or NodeStatus.RUNNING)
+    for held, count in ((False, 1), (True, 1)):
+        monkeypatch.setattr(Episodes, "success", held)
+        assert episodes.tick() is NodeStatus.RUNNING and len(ticks) == count
 
 
 TREE = """\
