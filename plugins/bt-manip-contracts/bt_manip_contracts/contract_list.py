@@ -123,8 +123,6 @@ def _each(
     *,
     long: bool = False,
 ) -> Iterator[Check]:
-    """Yield the checks of a contract of one part."""
-
     def run(check: Callable[[Any], None], situations: Situations) -> None:
         check(make_case(situations))
 

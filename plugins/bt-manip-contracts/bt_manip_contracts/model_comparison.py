@@ -52,29 +52,27 @@ def verify(
     if qpos is not None:
         data.qpos[:] = qpos
     full = np.zeros((mj_model.nv, mj_model.nv))
-    mass_error = bias_error = frame_error = 0.0
+    worst = np.zeros(3)
     for _ in range(n):
         q, v = rng.uniform(lower, upper), rng.standard_normal(len(joints))
         data.qpos[at_q], data.qvel[at_v] = q, v
         mujoco.mj_forward(mj_model, data)
         mujoco.mj_fullM(mj_model, data, full)
-        M = pin.crba(pin_model, pin_data, q)
-        mass_error = max(mass_error, float(np.abs(M - full[np.ix_(at_v, at_v)]).max()))
-        nle = pin.nonLinearEffects(pin_model, pin_data, q, v)
-        bias_error = max(bias_error, float(np.abs(nle - data.qfrc_bias[at_v]).max()))
+        mass = pin.crba(pin_model, pin_data, q) - full[np.ix_(at_v, at_v)]
+        bias = pin.nonLinearEffects(pin_model, pin_data, q, v) - data.qfrc_bias[at_v]
         pin.framesForwardKinematics(pin_model, pin_data, q)
-        frame_error = max(frame_error, _frame_error(data, pin_model, pin_data))
-    return Verification(mass_error, bias_error, frame_error)
+        frames = _frame_errors(data, pin_model, pin_data)
+        worst = np.maximum(worst, [np.abs(one).max(initial=0.0) for one in (mass, bias, frames)])
+    return Verification(*worst.tolist())
 
 
-def _frame_error(data: mujoco.MjData, pin_model: pin.Model, pin_data: pin.Data) -> float:
-    worst = 0.0
+def _frame_errors(data: mujoco.MjData, pin_model: pin.Model, pin_data: pin.Data) -> np.ndarray:
+    errors = []
     find = {pin.FrameType.BODY: data.body, pin.FrameType.OP_FRAME: data.site}
     for i, frame in enumerate(pin_model.frames):
         if frame.type not in find or frame.name.startswith("#") or frame.name == "universe":
             continue
         there = find[frame.type](frame.name)
         T = pin_data.oMf[i]
-        worst = max(worst, float(np.abs(T.translation - there.xpos).max()))
-        worst = max(worst, float(np.abs(T.rotation.ravel() - there.xmat).max()))
-    return worst
+        errors.append([*(T.translation - there.xpos), *(T.rotation.ravel() - there.xmat)])
+    return np.array(errors)

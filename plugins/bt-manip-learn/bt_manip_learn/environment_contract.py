@@ -205,18 +205,15 @@ def _free_objects(task: LearningTask) -> list[str]:
 
 
 def _action(task: LearningTask, rng: np.random.Generator) -> Any:
-    """Return a random action."""
     space = task.action.space
     return rng.integers(len(space.choices)) if space.choices else rng.uniform(space.low, space.high)
 
 
 def _step(task: LearningTask, action: Any) -> str:
-    """Make a step; return the outcome and a digest."""
     return f"{task.step(action)} {_digest(task)}"
 
 
 def _digest(task: LearningTask) -> str:
-    """Return a digest of the state and the observations."""
     digest = hashlib.sha256(task.episodes.station.cell.state_bytes())
     for name, values in task.observe().items():
         digest.update(name.encode() + values.tobytes())

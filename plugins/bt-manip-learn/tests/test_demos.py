@@ -154,5 +154,5 @@ def test_bad_exports_are_refused(bt_manip, tmp_path, options, problem):
 def test_the_commands_have_the_options_of_all_commands(bt_manip, record, in_this_process):
     for command in ("demos", "demos record", "demos export"):
         assert "--block NAME" in bt_manip(*command.split(), "--help").out
-    code, _, err = record("--episodes", 1, "--block", "nobody")
-    assert code == 0 and "--block nobody: there is no such plugin" in err
+    code, _, err = record("--robot", "pand", "--block", "nobody")
+    assert code == 2 and "--block nobody: there is no such plugin" in err

@@ -112,7 +112,6 @@ def _shape(shape: Sequence[Any]) -> Shape:
 
 
 def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Shape]:
-    """Return the shapes of the recurrent states."""
     found = {}
     for name, shape in inputs.items():
         if name.startswith(STATE) and NEXT_STATE + name.removeprefix(STATE) in outputs:
@@ -127,7 +126,6 @@ def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Sh
 
 
 def _number(metadata: Mapping[str, str], key: str) -> Any:
-    """Return a number of the metadata, or its default."""
     if key not in metadata:
         return NUMBERS[key].default
     try:

@@ -18,10 +18,12 @@ from bt_manip_learn.agents import (
     held_payload,
 )
 
-from .ensembling import ensembled, older
 from .policy_inputs import PolicyInputs, with_history
 from .policy_kind import PolicyKind
 from .policy_process import LoadedPolicy, shared_process
+
+Chunk = tuple[int, Sequence[Sequence[float]]]
+"""A prediction of actions: the steps since, and the actions."""
 
 ACTIONS = ("joint_targets", "cartesian_deltas")
 """Kinds of actions, as in `bt_manip_learn.agents`, that can be run in a tree."""
@@ -55,7 +57,7 @@ class RunPolicy(ArmBehaviour):
     _motion: Sequence[Sequence[float]] | None = None  # [rad] last target, and its last change
     _action: Sequence[float] = ()  # present action
     _next: Sequence[Sequence[float]] = ()  # following actions without a new observation
-    _chunks: Sequence[tuple[int, Sequence[Sequence[float]]]] = ()  # predictions to ensemble
+    _chunks: Sequence[Chunk] = ()  # predictions to ensemble, oldest first
     _past: Sequence[dict[str, np.ndarray]] = ()  # observations, the present ones last
     _states: Mapping[str, np.ndarray] = {}  # recurrent states; none at the start
 
@@ -124,7 +126,6 @@ class RunPolicy(ArmBehaviour):
             self._inputs = None
 
     def _load(self) -> LoadedPolicy:
-        """Return the policy of the port."""
         path, kind = str(self.model), self._kinds.get(self.policy_kind)
         if self._policy is None or self._policy.path != path:
             self._policy = LoadedPolicy(shared_process(kind.memory), kind, path)
@@ -142,7 +143,6 @@ class RunPolicy(ArmBehaviour):
         policy.act(with_history([observed], policy.history), size, trial=True)
 
     def _act(self) -> None:
-        """Command the next action."""
         policy, arm = self._load(), self.arm
         size = self._action_size(policy)
         gripper = self._robots[self._robot_name].gripper
@@ -173,12 +173,12 @@ class RunPolicy(ArmBehaviour):
         actions, self._states = policy.act(observed, size, self._states)
         rows = actions.tolist()
         if policy.ensemble is not None:
-            self._chunks = [*older(self._chunks), (0, rows)]
+            older = [(age + 1, r) for age, r in self._chunks if age + 1 < len(r)]
+            self._chunks = [*older, (0, rows)]
             return ensembled(self._chunks, policy.ensemble), ()
         return rows[0], rows[1 : policy.execute or None]
 
     def _action_size(self, policy: LoadedPolicy) -> int:
-        """Return the number of values of an action of this robot."""
         if policy.action not in ACTIONS:
             known = did_you_mean(policy.action, ACTIONS)
             raise policy.error(f"has actions {shown(policy.action)}{known}")
@@ -213,6 +213,17 @@ class RunPolicy(ArmBehaviour):
         payload = held_payload(self.cell, gripper, self.T_wt, self.arm.payload)
         if payload is not self.arm.payload:
             self.arm.payload = payload
+
+
+def ensembled(chunks: Sequence[Chunk], decay: float) -> list[float]:
+    """Return the weighted mean of several predictions for the present step.
+
+    The i-th oldest prediction weighs ``exp(-decay i)`` (Zhao, Kumar, Levine and Finn 2023, Learning
+    Fine-Grained Bimanual Manipulation with Low-Cost Hardware, section IV-B).
+    """  # (n,)
+    weights = np.exp(-decay * np.arange(len(chunks)))
+    present = np.array([rows[age] for age, rows in chunks])
+    return ((weights / weights.sum()) @ present).tolist()
 
 
 def _plain(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:

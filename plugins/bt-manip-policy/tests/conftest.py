@@ -3,4 +3,6 @@
 import sys
 from pathlib import Path
 
+from tests.support.drawing import opengl as opengl
+
 sys.path.insert(0, str(Path(__file__).parent))

@@ -52,25 +52,22 @@ def test_observations_get_the_batch_dimension_that_the_file_asks_for(read, shape
     assert policy.act(OBSERVED, 7)[0].shape == (1, 7)
 
 
-def test_several_rows_are_a_sequence_of_actions(read):
-    policy = read(onnx.linear(np.arange(28).reshape(4, 7), Q))
-    assert policy.act(OBSERVED, 7)[0][:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
+def of_one_node(node, *initializers, **metadata):
+    """Encode a policy of a node from joint positions to an action."""
+    inputs, outputs = [onnx.value("robot_joint_positions", (7,))], [onnx.value("action", (7,))]
+    return onnx.model(onnx.graph([node], inputs, outputs, initializers), **metadata)
 
 
-def test_an_action_that_is_not_finite_or_of_another_size_is_an_error(read):
-    for value in (np.nan, np.inf):
-        offset = np.zeros(7)
-        offset[2] = value
-        with pytest.raises(PolicyError, match="not finite"):
-            read(onnx.linear(offset, Q)).act(OBSERVED, 7)
-    with pytest.raises(PolicyError, match="returned values of shape 6, .* of this robot has 7"):
-        read(onnx.linear(np.zeros(6), Q)).act(OBSERVED, 7)
+DESCRIBED = {"action": "joint_targets", "rate": "20"}
+SHELL = (1, "robot_joint_positions"), (2, "action"), (4, "RunShell"), (7, "evil")
+FOREIGN = of_one_node(onnx.message(*SHELL), **DESCRIBED)
+"""A policy whose operator is of another library."""
 
 
-def test_files_of_something_else_are_rejected(read):
-    for content in (b"", b"no protobuf at all", bytes(1000)):
-        with pytest.raises(PolicyError, match=r"policy.onnx' does not load"):
-            read(content)
+@pytest.mark.parametrize("content", [b"", b"no protobuf at all", bytes(1000), FOREIGN])
+def test_files_of_something_else_and_operators_of_other_libraries_are_rejected(read, content):
+    with pytest.raises(PolicyError, match=r"policy.onnx' does not load"):
+        read(content)
 
 
 def test_missing_and_huge_files_are_rejected(load, tmp_path):
@@ -86,13 +83,8 @@ def test_missing_and_huge_files_are_rejected(load, tmp_path):
 
 
 def test_files_without_metadata_are_rejected(read):
-    graph = onnx.graph(
-        [onnx.node("Identity", ["robot_joint_positions"], ["action"])],
-        [onnx.value("robot_joint_positions", (7,))],
-        [onnx.value("action", (7,))],
-    )
     with pytest.raises(PolicyError, match="lack 'bt_manip.action'"):
-        read(onnx.model(graph))
+        read(of_one_node(onnx.node("Identity", ["robot_joint_positions"], ["action"])))
 
 
 def test_files_cannot_read_other_files(read, tmp_path, monkeypatch):
@@ -102,23 +94,9 @@ def test_files_cannot_read_other_files(read, tmp_path, monkeypatch):
     for location in ("weights", str(tmp_path / "weights"), "../weights"):
         entry = onnx.message((1, "location"), (2, location))
         weights = onnx.message((1, 7), (2, onnx.FLOAT), (8, "w"), (14, 1), (13, entry))
-        graph = onnx.graph(
-            [onnx.node("Add", ["robot_joint_positions", "w"], ["action"])],
-            [onnx.value("robot_joint_positions", (7,))],
-            [onnx.value("action", (7,))],
-            [weights],
-        )
+        add = onnx.node("Add", ["robot_joint_positions", "w"], ["action"])
         with pytest.raises(PolicyError, match="does not load"):
-            read(onnx.model(graph, action="joint_targets", rate="20"))
-
-
-def test_operators_of_other_libraries_are_rejected(read):
-    custom = onnx.message((1, "robot_joint_positions"), (2, "action"), (4, "RunShell"), (7, "evil"))
-    graph = onnx.graph(
-        [custom], [onnx.value("robot_joint_positions", (7,))], [onnx.value("action", (7,))]
-    )
-    with pytest.raises(PolicyError, match="does not load"):
-        read(onnx.model(graph, action="joint_targets", rate="20"))
+            read(of_one_node(add, weights, **DESCRIBED))
 
 
 def test_actions_have_the_bits_that_they_have_in_this_process(read, written):
@@ -161,9 +139,10 @@ def test_inputs_and_metadata_are_the_specification(read):
     policy = read(onnx.linear(np.zeros(7), Q, rate="25"))
     assert policy.inputs == Q
     assert (policy.action, policy.rate) == ("cartesian_deltas", 25.0)
-    described = {"history": "3", "execute": "2", "ensemble": "0.01"}
-    policy = read(onnx.linear(np.zeros(7), {"robot_joint_positions": (3, 3)}, **described))
-    assert (policy.history, policy.execute, policy.ensemble) == (3, 2, 0.01)
+    assert (policy.history, policy.execute, policy.ensemble) == (1, 0, None)
+    described = {"history": "64", "execute": "1000000", "ensemble": "1000"}
+    policy = read(onnx.linear(np.zeros(7), {"robot_joint_positions": (64, 3)}, **described))
+    assert (policy.history, policy.execute, policy.ensemble) == (64, 1_000_000, 1000.0)
 
 
 @pytest.mark.parametrize(

@@ -34,8 +34,19 @@ class Policy:
 """
 
 
-@pytest.fixture
-def process():
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Let processes import a class of policies that execute their path at each action."""
+    folder = tmp_path_factory.mktemp("policies")
+    (folder / "some_policy.py").write_text(POLICY)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def process(folder):
+    """A process, which starts again after tests that end it."""
     process = PolicyProcess()
     yield process
     process.close()
@@ -54,10 +65,7 @@ def load(process, tmp_path):
 
 
 @pytest.fixture
-def in_python(process, tmp_path, monkeypatch):
-    """Load a policy that is a class of Python, and executes its path at each action."""
-    (tmp_path / "some_policy.py").write_text(POLICY)
-    monkeypatch.syspath_prepend(tmp_path)
+def in_python(process):
     return lambda line="pass": LoadedPolicy(process, PolicyKind("some_policy:Policy"), line)
 
 
@@ -107,7 +115,9 @@ def test_a_policy_may_be_a_class_of_python(in_python, capfd):
         ("1 / 0", "failed: ZeroDivisionError: division by zero"),
         ("self.kept = bytearray(1 << 30)", "needs more than 768 MB of memory"),
         ("observations['robot_joint_positions'] = 'none'", "failed: "),
-        ("observations['robot_joint_positions'].resize(1 << 20)", "returned 1048576 numbers"),
+        ("raise ValueError(999 * 'x ')", "failed: ValueError: (x ){190}$"),  # 400 characters
+        ("observations['robot_joint_positions'].resize(65537)", "returned 65537 numbers"),
+        ("observations['robot_joint_positions'].resize(65536)", "returned values of shape 65536"),
         ("observations['robot_joint_positions'].resize(3)", "returned values of shape 3"),
         ("observations['robot_joint_positions'].resize((2, 1, 7))", "returned values of shape 2"),
     ],
@@ -157,21 +167,21 @@ import numpy as np
 from bt_manip_policy import LoadedPolicy, PolicyKind, PolicyProcess
 sys.path.insert(0, sys.argv[1])
 kind = PolicyKind("some_policy:Policy", time=1.0)
-process = PolicyProcess()
-policy = LoadedPolicy(process, kind, sys.argv[2])
-print(process.pid, flush=True)
-while True:
+processes = [PolicyProcess(), PolicyProcess()]
+policies = [LoadedPolicy(*pair) for pair in zip(processes, [kind] * 2, sys.argv[2:])]
+print(*(one.pid for one in processes), flush=True)
+for policy in policies:
     policy.act({"robot_joint_positions": np.ones(7)}, 7)
 """
 
 
-@pytest.mark.parametrize("line", ["pass", "while True: pass"])
-def test_the_process_ends_when_its_parent_is_killed(in_python, tmp_path, line):
-    """At once where it waits; by its limit of time where it computes."""
-    command = [sys.executable, "-c", PARENT, str(tmp_path), line]
+def test_processes_end_when_their_parent_is_killed(folder):
+    """At once where one waits; by its limit of time where one computes."""
+    command = [sys.executable, "-c", PARENT, str(folder), "pass", "while True: pass"]
     parent = subprocess.Popen(command, stdout=subprocess.PIPE)
-    number = int(parent.stdout.readline())
-    assert is_alive(number)
+    numbers = [int(word) for word in parent.stdout.readline().split()]
+    assert len(numbers) == 2 and all(map(is_alive, numbers))
     parent.kill()
     parent.wait()
-    assert until_dead(number, 10.0)
+    for number in numbers:
+        assert until_dead(number, 10.0)

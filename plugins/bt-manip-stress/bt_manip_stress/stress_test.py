@@ -1,6 +1,7 @@
 """Stress tests: each fault at each phase of a tree, for several seeds, in parallel processes."""
 
 import zlib
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -36,7 +37,7 @@ happen.
 
 @dataclass(frozen=True)
 class StressPhase:
-    """An action leaf that runs in an undisturbed cycle.
+    """An action leaf that runs in an undisturbed cycle, or several of one path.
 
     Attributes:
         name: Its name in the tree, or its path where several leaves have that name.
@@ -121,19 +122,21 @@ class StressTester:
                 f"tree '{self._tree}' declares no goal to judge it by; add one to its main "
                 '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
             )
-        times: dict[LoggedNode, float] = {}
+        times: dict[str, float] = {}
+        names: dict[str, str] = {}
 
         def add(node: LoggedNode, interval: Interval, robot: str) -> None:
             if node.kind == NodeKind.ACTION and interval.end > interval.start:
-                times[node] = times.get(node, 0.0) + interval.end - interval.start
+                names[node.path] = node.name
+                times[node.path] = times.get(node.path, 0.0) + interval.end - interval.start
 
         outcome, reason, _ = _run_cycle(run, 0, ExecutionLog(add))
         if outcome != "recovered":
             raise FaultError(f"tree '{self._tree}' fails without any fault: {reason}")
-        names = [node.name for node in times]
+        counts = Counter(names.values())
         return [
-            StressPhase(n.name if names.count(n.name) == 1 else n.path, n.path, round(time, 3))
-            for n, time in times.items()
+            StressPhase(names[path] if counts[names[path]] == 1 else path, path, round(time, 3))
+            for path, time in times.items()
         ]
 
     def warnings(self) -> Sequence[Any]:
@@ -154,7 +157,6 @@ class StressTester:
         return StressResult(episode, outcome, reason, "" if after == "recovered" else next_reason)
 
     def _prepared(self, seed: int) -> Run:
-        """Return a run in its initial state."""
         if seed not in self._runs:
             run = prepare(replace(self._request, seed=seed), self._parts)
             self._runs[seed] = run, run.get_state()

@@ -11,6 +11,8 @@ from tests.support.drawing import (
 from tests.support.program import bt_manip as bt_manip
 from tests.support.program import trees as trees
 from tests.support.runs import in_this_process as in_this_process
+from tests.support.runs import shared_stations as shared_stations
+from tests.support.runs import station_pool as station_pool
 from tests.support.terminal import terminal as terminal
 
 

@@ -7,6 +7,8 @@ import pytest
 from bt_manip_stress import StressEpisode, StressPhase, StressResult, StressTable
 from bt_manip_stress.commands import print_table
 
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
 TREE = """
 import os
 
@@ -136,7 +138,7 @@ def test_wide_tables_are_split_and_many_phases_are_rows(capsys, monkeypatch):
 def test_ctrl_c_ends_at_once_with_the_table_so_far(terminal, tmp_path):
     (tmp_path / "small.py").write_text(TREE)
     page = tmp_path / "page.md"
-    options = ("--faults", "push", "--seeds", "200", "--workers", "2", "--markdown", str(page))
+    options = ("--faults", "push", "--seeds", "200", "--workers", "1", "--markdown", str(page))
     stress = terminal("stress", "small.py:tree", *options)
     stress.wait_for(b"[1-9]%")
     stress.interrupt()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject
-from bt_manip.cell import at_rest
+from bt_manip.cell import at_rest, extent
 from bt_manip.scenes import SceneObject
 from bt_manip_stress import FaultContext, FaultError
 from bt_manip_stress.faults.object_faults import (
@@ -20,7 +20,7 @@ from bt_manip_stress.faults.object_faults import (
     Stuck,
     Vanish,
 )
-from bt_manip_stress.faults.places import FARTHEST, Places
+from bt_manip_stress.faults.places import Places
 
 TARGET = [1.2, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]  # [rad]
 BASE, TABLE = np.array([-0.1, 0.0]), 1.015
@@ -132,6 +132,15 @@ def test_an_obstacle_appears_ahead_of_the_tool_and_disappears(station, start, tr
     assert "obstacle" not in cell.entities
 
 
+def test_without_a_motion_an_obstacle_is_above_the_middle_of_object_and_container(station, start):
+    cell = station.cell
+    cube, basket = (cell.pose(name).translation for name in ("cube", "basket"))
+    start(Obstacle(width=0.02, height=0.22, clearance=0.01))
+    place = cell.pose("obstacle").translation
+    assert place == pytest.approx((cube + basket) / 2 + [0.0, 0.0, 0.35 - 0.11])
+    assert np.ptp(extent(cell, "obstacle"), axis=0) == pytest.approx([0.02, 0.02, 0.22])
+
+
 def test_an_obstacle_leaves_the_end_of_the_motion_free(station, start, trial):
     motion = trial(MoveToConfiguration(configuration=TARGET))
     motion.tick()
@@ -164,13 +173,14 @@ def test_places_for_an_object_are_at_least_a_distance_and_at_most_the_farthest_a
     for distance in (0.05, 0.2):
         places = islice(Places(context, "cube", distance).sample(), 30)
         away = [np.linalg.norm(T.translation[:2] - here) for T in places]
-        assert distance <= min(away) and max(away) <= FARTHEST
+        assert distance <= min(away) and 0.35 < max(away) <= 0.4
     assert min(away) < 0.3  # also near ones
     model, rng = station.arm.model, np.random.default_rng(1)
     bounds, base = model.limits.sampling_bounds(), station.cell.pose("panda").translation
     tools = [model.pose(rng.uniform(*bounds)).translation - base for _ in range(500)]
-    away = [T.translation - base for T in islice(Places(context, "cube", 0.0).sample(), 100)]
-    shares = np.linalg.norm(away, axis=1) / np.linalg.norm(tools, axis=1).max()
+    places = [T.translation for T in islice(Places(context, "cube", 0.0).sample(), 300)]
+    assert 0.34 < np.abs(places)[:, 1].max() <= 0.37  # 3 cm from the edge of the table, at 0.4 m
+    shares = np.linalg.norm(places - base, axis=1) / np.linalg.norm(tools, axis=1).max()
     assert (min(shares), max(shares)) == pytest.approx((0.25, 0.46), abs=0.03)
 
 

@@ -7,6 +7,8 @@ import pytest
 from bt_manip.evaluation import Evaluation, evaluate
 from bt_manip.exceptions import BtManipError
 
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
 FAULT = "sensor_noise at=rest"
 
 

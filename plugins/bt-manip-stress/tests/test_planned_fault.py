@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip.bt import Sequence, Sleep, Tree
 from bt_manip.exceptions import BtManipError
+from bt_manip.parameters import parameters_of
 from bt_manip_stress import FaultError, PlannedFault, parse_fault
 
 
@@ -16,6 +17,26 @@ def test_a_text_names_a_fault_its_node_and_its_parameters(parts):
     )
     assert planned.make(parts.of("faults")).force == 80.0
     assert parse_fault(str(planned), parts.of("faults")) == planned
+
+
+DEFAULTS = {
+    "vanish": {}, "move": {"distance": 0.1}, "knock": {"distance": 0.1},
+    "slippery": {"friction": 0.003}, "heavy": {"mass": 10.0}, "stuck": {"duration": 1.0},
+    "obstacle": {"width": 0.06, "height": 0.3, "distance": 0.15, "clearance": 0.1},
+    "container_vanishes": {}, "push": {"force": 100.0, "duration": 2.0},
+    "stuck_joint": {"joint": 0, "duration": 1.0}, "stuck_finger": {"finger": 0, "duration": 1.0},
+    "torque_loss": {"duration": 0.2}, "sensor_noise": {"position": 2e-5, "velocity": 2e-3},
+    "sensor_delay": {"delay": 0.002}, "sensor_nan": {"joint": 0, "duration": 0.01},
+    "exception": {}, "tick_delay": {"duration": 0.5},
+}  # fmt: skip
+"""Numbers of the faults of docs/stress_tables.md."""
+
+
+def test_faults_without_parameters_are_those_of_the_published_tables(parts):
+    faults = parts.of("faults")
+    for name, numbers in DEFAULTS.items():
+        shown = {key: one.default for key, one in parameters_of(faults.get(name)).items()}
+        assert {key: n for key, n in shown.items() if n not in ("", math.inf)} == numbers
 
 
 def test_names_with_spaces_are_quoted_and_a_duration_may_be_infinite(parts):

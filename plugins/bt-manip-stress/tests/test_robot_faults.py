@@ -27,6 +27,15 @@ def test_a_push_moves_the_arm_until_it_ends(station, start):
     assert not station.cell.data.xfrc_applied.any()
 
 
+def test_pushes_have_all_horizontal_directions(station, start):
+    force, angles = station.cell.data.xfrc_applied[station.robot.wrist_body_id], []
+    for seed in range(30):
+        fault = start(Push(), seed)
+        angles.append(np.degrees(np.arctan2(force[1], force[0])))
+        fault.end()
+    assert np.diff(sorted([-180.0, *angles, 180.0])).max() < 50.0
+
+
 def test_a_push_goes_on_after_a_compile(station, start):
     fault = start(Push(link="link4"))
     station.cell.remove("cube")

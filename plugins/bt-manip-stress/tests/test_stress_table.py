@@ -1,7 +1,14 @@
 """The table of a stress test."""
 
 from bt_manip.evaluation import WorkerDiedError
-from bt_manip_stress import StressEpisode, StressPhase, StressResult, StressTable, lost_stress
+from bt_manip_stress import (
+    LEGEND,
+    StressEpisode,
+    StressPhase,
+    StressResult,
+    StressTable,
+    lost_stress,
+)
 
 LIFT, DROP = (StressPhase(name, f"pick/{name}", 1.0) for name in ("Lift", "Drop"))
 TABLE = StressTable([
@@ -19,6 +26,7 @@ TABLE = StressTable([
 def test_a_cell_counts_the_seeds_by_outcome():
     assert TABLE.phases == ["Lift", "Drop"]
     assert TABLE.rows() == [["push", "R1 F1", "F1 H1 N1"], ["vanish", "D2", "-"]]
+    assert "H: hung (no end within 120 s simulated)" in LEGEND
 
 
 def test_reasons_that_differ_in_numbers_only_are_one():

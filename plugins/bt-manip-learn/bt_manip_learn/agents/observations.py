@@ -229,7 +229,7 @@ class _Opening:
             gripper.set_opening(opened, 1.0)
             self._moving = np.flatnonzero(opened != closed)
             way = (opened - closed)[self._moving]
-            self._closed, self._scale = closed[self._moving], way / max(way @ way, 1e-12)
+            self._closed, self._scale = closed[self._moving], way / (way @ way)
         if not self._moving.size:  # e.g. a suction cup
             return [0.0 if gripper.gripping else 1.0]
         here = robot.mj_data.qpos[self._moving] - self._closed

@@ -172,7 +172,7 @@ class DemonstrationRecorder:
             {kind: np.array(numbers) for kind, numbers in actions.items()},
             (last & success).astype(np.float32),
             last,
-            _same_length(states),
+            same_length(states),
             tuple(self._running(row) for row in rows),
             rows,
             tree.task,
@@ -188,12 +188,11 @@ class DemonstrationRecorder:
         return self._run.tree.failure_reason() or self._run.goal.why_not()
 
     def _running(self, statuses: np.ndarray) -> str:
-        """Return the paths of the running leaves."""
         running = NodeStatus.RUNNING
         return "; ".join(path for i, path in self._leaves.items() if statuses[i] == running)
 
 
-def _same_length(states: list[bytes]) -> np.ndarray:
+def same_length(states: list[bytes]) -> np.ndarray:
     """Return states as rows; shorter ones, with fewer objects, are padded with NaN."""
     rows = [np.frombuffer(state) for state in states]
     size = max(map(len, rows))

@@ -218,7 +218,6 @@ class Batch:
         )
 
     def _keep(self, kept: tuple[Mapping[str, Any], Mapping[str, Any]]) -> None:
-        """Set the attributes returned by `_kept`."""
         vars(self._env).update(kept[0])
         vars(self._task).update(kept[1])
 
@@ -256,7 +255,6 @@ def _reasons(task: LearningTask) -> Any:
 
 
 def _bytes_of(model: mujoco.MjModel) -> bytes:
-    """Return a model as bytes."""
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return buffer.tobytes()

@@ -131,9 +131,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self._results = self._read_results()
         return self.result(outcome)
 
-    def expert_step(
-        self,
-    ) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+    def expert_step(self) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Make one step in which the tree acts; ``info["expert_action"]`` has its action.
 
         Raises:
@@ -142,9 +140,9 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.task.action.watch()
         outcome = self.task.expert_step()
         self._results = self._read_results()
-        observation, reward, terminated, truncated, info = self.result(outcome)
-        info["expert_action"] = self._scale(self.task.action.recorded())
-        return observation, reward, terminated, truncated, info
+        result = self.result(outcome)
+        result[4]["expert_action"] = self._scale(self.task.action.recorded())
+        return result
 
     def expert_action(self) -> np.ndarray:
         """Return the action of the expert in the present state, see `LearningTask.expert_action`.

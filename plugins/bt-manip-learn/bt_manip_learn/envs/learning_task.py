@@ -269,7 +269,6 @@ class LearningTask:
     __setstate__ = set_state
 
     def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
-        """Return the observers of an episode."""
         found = list(self._observers)
         if self._record:
             path = Path(self._record.replace("{episode}", str(episode)))

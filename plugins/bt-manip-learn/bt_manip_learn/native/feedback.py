@@ -25,7 +25,7 @@ def add_feedback(motors: Sequence[Any], kp: np.ndarray, kd: np.ndarray) -> list[
         motor.remove()
         made.append(
             root.actuator.add(
-                "general", name=name, gear=[1.0, 0, 0, 0, 0, 0], dyntype="none", gaintype="fixed",
+                "general", name=name, gear=[1.0], dyntype="none", gaintype="fixed",
                 gainprm=[1.0], biastype="affine", biasprm=[0.0, -position, -velocity],
                 ctrllimited="false", forcelimited="true", forcerange=bounds, **target,
             )

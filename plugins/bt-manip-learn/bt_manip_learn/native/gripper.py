@@ -64,7 +64,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         first, second = mechanism.joints
         robot.mjcf_model.equality.add(
             "joint", name="finger_synchrony", joint1=first, joint2=second, solref=_SYNCHRONY,
-            polycoef=[(b2 - b1) / a1, a2 / a1, 0.0, 0.0, 0.0],
+            polycoef=[(b2 - b1) / a1, a2 / a1],
         )  # fmt: skip
 
     # Commands
@@ -147,9 +147,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
     def signals(self, steps: int) -> np.ndarray:
         """Return the control signals of the next steps, and advance by them [N]."""  # (n, 2)
         planned = self._planned()
-        rows = planned[self._index : self._index + steps]
-        if len(rows) < steps:
-            rows = np.vstack([rows, np.broadcast_to(planned[-1], (steps - len(rows), 2))])
+        rows = planned[np.minimum(self._index + np.arange(steps), len(planned) - 1)]
         self.advance(steps)
         return rows
 
@@ -179,23 +177,22 @@ class NativeTwoFingerGripper(TwoFingerGripper):
     @property
     def _reference(self) -> float:
         """Commanded distance of each finger from the centre [m]."""
-        return float(self._path()[min(self._index, self._duration)])
+        return float(self._along(min(self._index, self._duration)))
 
     @property
     def _duration(self) -> int:
         """Steps from the last command until the reference rests."""
         return int(np.ceil(abs(self._aim - self._start) / (self._rate * self._dt)))
 
-    def _path(self) -> np.ndarray:
-        """Return the reference since the last command [m]."""  # (n,)
-        way = np.minimum(np.arange(self._duration + 1) * (self._rate * self._dt),
-                         abs(self._aim - self._start))  # fmt: skip
-        return self._start + np.sign(self._aim - self._start) * way
+    def _along(self, steps: Any) -> Any:
+        """Return the reference some steps after the last command [m]."""
+        way = self._aim - self._start
+        return self._start + np.sign(way) * np.minimum(steps * (self._rate * self._dt), abs(way))
 
     def _planned(self) -> np.ndarray:
         """Return the control signals from the last command to rest [N]."""  # (n, 2)
         if self._signals is None:
-            s = self._path()
+            s = self._along(np.arange(self._duration + 1))
             v = np.full_like(s, np.sign(self._aim - self._start) * self._rate)
             v[-1] = 0.0
             a, b = self._a, self._b

@@ -3,10 +3,12 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
 from bt_manip_learn.demonstrations import DemonstrationStore, write_lerobot
+from bt_manip_learn.demonstrations.lerobot_script import feature
 
 from .conftest import IDENTITY, STEPS
 
@@ -93,6 +95,13 @@ def test_act_learns_from_the_default_export(lerobot, tmp_path, make_demonstratio
     assert set(names.split()) == {"observation.state", beside[observed]}
     first, *_, last = map(float, losses.split())
     assert last < first
+
+
+def test_features_are_texts_images_and_vectors():
+    image = {"dtype": "image", "shape": (2, 4, 3), "names": ["height", "width", "channels"]}
+    assert feature("pick/Reach") == {"dtype": "string", "shape": (1,), "names": None}
+    assert feature(np.zeros((2, 4, 3), np.uint8)) == image
+    assert feature(np.zeros(7, np.float32)) == {"dtype": "float32", "shape": (7,), "names": None}
 
 
 def test_a_python_without_lerobot_is_named(store, tmp_path):

@@ -8,6 +8,7 @@ import pytest
 from bt_manip.exceptions import BtManipError
 from bt_manip_learn.agents import STEP
 from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationStore
+from bt_manip_learn.demonstrations.recorder import same_length
 from bt_manip_learn.envs import LearningTask
 
 TREE = """
@@ -56,6 +57,38 @@ def picked(tmp_path_factory):
     return DemonstrationRecorder(tmp_path_factory.mktemp("picked"), "pick_place").record(1)
 
 
+def test_an_episode_without_an_end_fails_after_a_minute(recorder, monkeypatch):
+    episodes, step = recorder.episodes, recorder.episodes.expert_step
+
+    def late():
+        step()
+        episodes.steps += 599  # half a minute more
+
+    monkeypatch.setattr(episodes, "expert_step", late)
+    one = recorder.record(0)
+    assert (len(one), one.reason) == (2, "no end within 60 s simulated")
+
+
+def test_only_successful_episodes_keep_their_steps(make_recorder, recorder):
+    store = DemonstrationStore.create(recorder.folder, recorder.identity())
+    recorder.run(0)
+    assert len(store.read(0)) == 0 and not store.read(0).success
+    assert store.read(0).reason == "the cell has no object 'never'"
+    recorder.failures = True
+    recorder.run(0)
+    assert len(store.read(0)) > 10 and not store.read(0).success
+    for setting, value in (("there", "nothing"), ("goal", "table")):
+        other = make_recorder(settings={setting: value})
+        with pytest.raises(BtManipError, match=f"holds demonstrations that differ: .*{value}"):
+            other.run(1)
+        other.folder = recorder.folder.with_name(setting)
+        other.run(1)
+        read = DemonstrationStore(other.folder).read(1)
+        assert read.success == (setting == "goal")
+        assert read.reason in ("", "is there: the cell has no object 'nothing'")
+    assert len(read) == 6  # 300 ms for which its goal held, from the first step on
+
+
 def test_parameters_that_were_set_belong_to_the_identity(make_recorder, recorder):
     assert make_recorder(vary={"scene.mass": 2}).identity()["varied"] == {"scene.mass": 2}
     assert not recorder.identity()["varied"]
@@ -97,6 +130,11 @@ def test_recorded_actions_reproduce_200_picks(parts, tmp_path):
     assert min(succeeded.values()) >= 195
 
 
+def test_states_with_fewer_objects_are_padded_with_nan():
+    rows = same_length([np.arange(3.0).tobytes(), np.arange(5.0).tobytes()])
+    np.testing.assert_array_equal(rows, [[0, 1, 2, np.nan, np.nan], [0, 1, 2, 3, 4]])
+
+
 def test_each_step_has_what_was_observed_done_and_running(picked):
     one = picked
     n = len(one)
@@ -118,26 +156,6 @@ def test_the_same_episode_has_the_same_digest_whatever_ran_before(recorder, make
     state = recorder.episodes.station.cell.state_bytes()
     np.testing.assert_array_equal(one.states[-1], np.frombuffer(state))  # it can be restored
     assert one.digest == again.digest != recorder.record(4).digest
-
-
-def test_only_successful_episodes_keep_their_steps(make_recorder, recorder):
-    store = DemonstrationStore.create(recorder.folder, recorder.identity())
-    recorder.run(0)
-    assert len(store.read(0)) == 0 and not store.read(0).success
-    assert store.read(0).reason == "the cell has no object 'never'"
-    recorder.failures = True
-    recorder.run(0)
-    assert len(store.read(0)) > 10 and not store.read(0).success
-    for setting, value in (("there", "nothing"), ("goal", "table")):
-        other = make_recorder(settings={setting: value})
-        with pytest.raises(BtManipError, match=f"holds demonstrations that differ: .*{value}"):
-            other.run(1)
-        other.folder = recorder.folder.with_name(setting)
-        other.run(1)
-        read = DemonstrationStore(other.folder).read(1)
-        assert read.success == (setting == "goal")
-        assert read.reason in ("", "is there: the cell has no object 'nothing'")
-    assert len(read) == 6  # 300 ms for which its goal held, from the first step on
 
 
 DIVERGING = """

@@ -35,10 +35,17 @@ def test_iterating_leaves_out_failed_episodes_without_steps_and_unfinished_files
     assert store.read(2).reason == "pick/Grasp: it slipped"
 
 
-def test_the_same_demonstration_gives_the_same_bytes(store, make_demonstration):
+def test_the_same_demonstration_gives_the_same_bytes_with_each_image_compressed(
+    store, make_demonstration
+):
     before = store.path(1).read_bytes()
     store.write(make_demonstration(1))
     assert store.path(1).read_bytes() == before
+    with h5py.File(store.path(1)) as file:
+        images = file["observations/overview_rgb"]
+        assert (images.chunks, images.compression) == ((1, *images.shape[1:]), "gzip")
+        for name in ("statuses", "observations/cube_position"):
+            assert (file[name].chunks, file[name].compression) == (None, None)
 
 
 def test_the_manifest_has_the_outcome_of_each_episode(store):
@@ -88,6 +95,10 @@ def test_other_folders_and_files_are_refused_with_the_reason(store, tmp_path):
     store.path(1).write_bytes(b"not HDF5")
     with pytest.raises(BtManipError, match="demonstration '.*episode_000001.h5' cannot be read"):
         store.read(1)
-    (store.folder / "manifest.json").write_text('{"format": "bt-manip demonstrations"}')
-    with pytest.raises(BtManipError, match="is not a manifest of demonstrations"):
-        read_demonstrations(store.folder)
+    manifest = store.folder / "manifest.json"
+    manifest.write_text('{"format": "bt-manip demonstrations"}')
+    for size, problem in ((0, "is not a manifest"), (64, "is not a manifest"), (65, "larger than")):
+        with manifest.open("ab") as file:
+            file.truncate(max(size << 20, manifest.stat().st_size))  # [MiB] of zeros
+        with pytest.raises(BtManipError, match=problem):
+            read_demonstrations(store.folder)

@@ -6,13 +6,11 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium import wrappers
+from gymnasium import spaces, wrappers
 
 import bt_manip_learn.envs  # noqa: F401 (registers the environments)
-from bt_manip.cell import extent
 from bt_manip.exceptions import BtManipError
-from bt_manip.spatial import pose
-from bt_manip_learn.envs import LearningTask
+from bt_manip_learn.agents import Images
 from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
 
 ID = "bt_manip/PickPlace-v0"
@@ -104,19 +102,29 @@ def test_an_action_of_another_size_is_refused(env):
 # Options
 
 
+IMAGES = {"goal_conditioned": True, "images": {}}
+REWARD = {"goal_conditioned": True, "reward": "dense"}
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"rewards": "dense"}, "an environment has no option 'rewards'; did you mean 'reward'"),
+        ({"frameskip": 1}, "unexpected keyword argument 'frameskip'"),  # TorchRL
         ({"render_mod": "rgb_array"}, "no option 'render_mod'; did you mean 'render_mode'"),
+        (IMAGES, "leave out 'images' and 'reward'"),
+        (REWARD, "leave out 'images' and 'reward'"),
+        ({"reward": "shaped", "discount": 1.5}, "the discount is from 0 to 1, got 1.5"),
+        ({"reward": "dense", "discount": 0.9}, "'shaped', and has no effect on 'dense'"),
         ({"images": {"camera": ("overview",)}}, "images have no option 'camera'; .* 'cameras'"),
         ({"images": {"cameras": ("overvew",)}}, "no camera 'overvew'; did you mean 'overview'"),
         ({"images": {"kinds": (), "cameras": ("overvew",)}}, "no camera 'overvew'"),
     ],
 )
-def test_a_misspelt_option_is_named(options, message):
-    with pytest.raises(BtManipError, match=message):
+def test_options_that_are_unknown_or_do_not_go_together_are_refused(options, message):
+    with pytest.raises(BtManipError, match=message) as error:
         GymnasiumEnvironment("pick_place", **options)
+    assert isinstance(error.value, TypeError) == (" option " in str(error.value))  # as libraries do
 
 
 def test_a_misspelt_option_of_reset_is_named(env):
@@ -124,9 +132,17 @@ def test_a_misspelt_option_of_reset_is_named(env):
         env.reset(options={"episodes": 3})
 
 
-def test_images_without_kinds_are_in_colour(opengl):
-    env = GymnasiumEnvironment("pick_place", images={"cameras": ("overview",), "width": 64})
-    assert env.observation_space["overview_rgb"].shape == (128, 64, 3)
+def test_images_have_bounds_by_their_kind_and_are_in_colour_by_default(opengl):
+    assert Images(cameras=("overview",)) == (("rgb",), ("overview",), 128, 128)
+    images = {"kinds": ("rgb", "depth", "segmentation"), "width": 16, "height": 8}
+    options = {"images": images, "render_mode": "rgb_array", "step_time": 0.1}
+    env = GymnasiumEnvironment("pick_place", **options)
+    last, boxes = len(env.task.episodes.station.cell.entities), env.observation_space
+    assert boxes["overview_rgb"] == spaces.Box(0, 255, (8, 16, 3), np.uint8)
+    assert boxes["overview_depth"] == spaces.Box(0.0, np.inf, (8, 16), np.float32)
+    assert boxes["overview_segmentation"] == spaces.Box(0, last, (8, 16), np.int32)
+    assert env.render().shape == (480, 640, 3)
+    assert (env.metadata["render_fps"], GymnasiumEnvironment.metadata["render_fps"]) == (10, 20)
     env.close()
 
 
@@ -160,98 +176,22 @@ def test_an_environment_that_records_says_why_it_cannot_be_copied(tmp_path):
         copy.deepcopy(env)
 
 
-# Goals
-
-
-def test_relabelled_goals_are_positions_of_the_object():
-    env = GymnasiumEnvironment("pick_place", goal_conditioned=True)
-    observation, _ = env.reset(seed=0)
-    assert set(observation) == {"observation", "achieved_goal", "desired_goal"}
-    assert env.observation_space.contains(observation)
-    cell = env.task.episodes.station.cell
-    achieved, desired = observation["achieved_goal"], observation["desired_goal"]
-    np.testing.assert_allclose(achieved[:3], cell.pose("cube").translation, atol=1e-7)
-    basket = np.mean(extent(cell, "basket"), axis=0)
-    np.testing.assert_allclose(desired, [*basket, 1.0], atol=1e-6)
-    near, beside = achieved + [[0.049, -0.049, 0.049, 0.0], [0.0, -0.051, 0.0, 0.0]]
-    found = np.stack([near, beside, [*desired[:3], 0.0], desired])
-    assert env.compute_reward(found, np.stack([achieved] * 4), [{}] * 4).tolist() == [0, -1, -1, -1]
-    assert env.compute_reward(found, np.stack([desired] * 4), [{}] * 4).tolist() == [-1, -1, -1, 0]
-    after, reward, *_, info = env.step(np.zeros(env.action_space.shape, np.float32))
-    assert reward == env.compute_reward(after["achieved_goal"], after["desired_goal"], info) == -1.0
-
-
-def steps_of_the_expert(env, seed, disturbed):
-    """Yield the goals after each step; disturbed: the object is put elsewhere now and then."""
-    observation, _ = env.reset(seed=seed)
-    task, rng = env.task, np.random.default_rng(seed)
-    cell = task.episodes.station.cell
-    goal = task.episodes.run.tree.goal[0]
-    name, destination = goal.object, getattr(goal, goal.destination)
-    for _ in range(1200):
-        yield env.result(task.expert_step())[0]
-        if task.episodes.ended:
-            return
-        if disturbed and rng.random() < 0.1 and name in cell.entities:
-            place = cell.pose(destination).translation + rng.uniform(-0.15, 0.15, 3)
-            cell.move(name, pose(place + [0, 0, 0.15]), overlap=1.0)
-
-
-QUICK = [("pick_place", False), ("pick_place_cluttered", True)]
-"""Undisturbed, pick_place_cluttered is in test_takeover.py."""
-
-TREES = [
-    pytest.param(tree, disturbed, marks=() if (tree, disturbed) in QUICK else pytest.mark.soak)
-    for tree in (one.kwargs["tree"] for one in gymnasium.registry.values() if "tree" in one.kwargs)
-    if not tree.endswith("_seen")  # the expert of these needs cameras
-    for disturbed in (False, True)
-]
-
-
-@pytest.mark.parametrize(("tree", "disturbed"), TREES)
-def test_a_goal_is_reached_if_and_only_if_that_of_the_tree_holds(tree, disturbed):
-    goal = LearningTask(tree).episodes.run.tree.goal
-    if not all(getattr(one, "destination", "") for one in goal):
-        with pytest.raises(BtManipError, match="not a position"):
-            GymnasiumEnvironment(tree, goal_conditioned=True)
-        return
-    env = GymnasiumEnvironment(tree, goal_conditioned=True)
-    reached = []
-    for goals in steps_of_the_expert(env, 1, disturbed):
-        reward = env.compute_reward(goals["achieved_goal"], goals["desired_goal"], {})
-        reached.append(reward == 0.0)
-        assert reached[-1] == (not env.task.episodes.run.goal.why_not())
-    assert disturbed or reached.count(True) == 1 and reached[-1]
-    env.close()
-
-
-@pytest.mark.parametrize("wrong", [{"images": {}}, {"reward": "dense"}])
-def test_goals_do_not_go_with_images_or_another_reward(wrong):
-    with pytest.raises(BtManipError, match="leave out 'images' and 'reward'"):
-        GymnasiumEnvironment("pick_place", goal_conditioned=True, **wrong)
-
-
-def test_a_goal_that_is_no_position_is_refused():
-    pytest.importorskip("bt_manip_impedance", reason="the plugin is not installed")
-    with pytest.raises(BtManipError, match="not a position: 'IsOpen'"):
-        GymnasiumEnvironment("open_drawer", goal_conditioned=True)
-
-
-def test_an_unknown_option_is_a_type_error_as_libraries_expect():
-    with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'"):  # TorchRL
-        gymnasium.make(ID, frameskip=1)
+# Bounds
 
 
 def test_known_bounds_are_declared_and_kept():
     env = gymnasium.make(ID, disable_env_checker=True)
     space, limits = env.observation_space, env.unwrapped.task.episodes.station.arm.model.limits
-    joints = space["robot_joint_positions"]
-    assert (joints.low < limits.lower).all() and (limits.upper < joints.high).all()
-    assert joints.is_bounded() and space["cube_rotation"].is_bounded()
-    opening = space["robot_gripper_opening"]  # a share, up to a tenth beyond its ends
-    assert -0.1 <= opening.low[0] < 0.0 and 1.0 < opening.high[0] <= 1.1 + 1e-6
+    bounds = {  # a little beyond those of the physics
+        "robot_joint_positions": (limits.lower - 0.1, limits.upper + 0.1),
+        "robot_gripper_opening": (-0.1, 1.1),
+        "cube_rotation": (-1.001, 1.001),
+        "cube_position": (-np.inf, np.inf),
+    }
+    for name, (low, high) in bounds.items():
+        np.testing.assert_allclose(space[name].low, np.broadcast_to(low, space[name].shape), 1e-6)
+        np.testing.assert_allclose(space[name].high, np.broadcast_to(high, space[name].shape), 1e-6)
     observation, _ = env.reset(seed=0)
     for _ in range(20):
         assert space.contains(observation)
         observation, *_ = env.step(np.sign(env.action_space.sample()))
-    env.close()

@@ -43,8 +43,11 @@ def test_a_level_is_drawn_in_each_episode(parts):
     assert masses[0] != masses[1]
 
 
-def test_a_state_after_the_end_of_an_episode_keeps_the_verdict_on_objects_that_have_left(parts):
+def test_diverged_physics_end_an_episode_and_a_state_keeps_the_verdict_on_objects_that_left(parts):
     task = LearningTask("pick_place", parts=parts, reward="dense")
+    task.reset(0)
+    before = task.progress
+    assert task.judge("it diverged") == (-before, False, "it diverged")
     task.reset(0)
     task.episodes.station.cell.remove("cube")
     action = np.zeros(task.action.space.shape)

@@ -1,7 +1,18 @@
 """LeRobot's own evaluation runs in an environment of a tree."""
 
+import enum
+import importlib
 import json
 import subprocess
+import sys
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import NamedTuple
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Box
 
 from bt_manip_learn.demonstrations import DemonstrationRecorder
 
@@ -59,3 +70,61 @@ def test_features_and_actions_are_those_of_the_export(lerobot, tmp_path):
     *low, task = about.split(" ", 2)
     assert [float(one) for one in low] == [round(float(one), 4) for one in bounds.lower[:2]]
     assert task == "put the object into the basket"
+
+
+class Feature(NamedTuple):
+    """Stands for LeRobot's ``PolicyFeature``."""
+
+    type: enum.Enum
+    shape: tuple[int, ...]
+
+
+@dataclass
+class Config:
+    """Stands for LeRobot's ``EnvConfig``."""
+
+    features: dict = field(default_factory=dict)
+    features_map: dict = field(default_factory=dict)
+
+    @staticmethod
+    def register_subclass(name):
+        return lambda cls: cls
+
+
+@pytest.fixture
+def package(monkeypatch):
+    """Import the package beside stand-ins for LeRobot's classes."""
+    kinds = enum.Enum("FeatureType", ["ACTION", "STATE", "ENV", "VISUAL"])
+    types = {"FeatureType": kinds, "PolicyFeature": Feature}
+    modules = {"configs.types": types, "envs.configs": {"EnvConfig": Config}}
+    for name, attributes in {"configs": {}, "envs": {}, **modules}.items():
+        module = ModuleType(f"lerobot.{name}")
+        vars(module).update(attributes)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setitem(sys.modules, "lerobot", ModuleType("lerobot"))
+    package = importlib.import_module("bt_manip_learn.lerobot")
+    yield package
+    del sys.modules[package.__name__], gymnasium.registry[package.ID]
+
+
+def test_observations_are_in_groups_actions_are_clipped_and_episodes_are_cut(package, monkeypatch):
+    config = package.BtManipEnv(episode_length=2, fps=10)
+    env = package.LeRobotEnvironment(**config.gym_kwargs)
+    task, space = env.task, env.action_space
+    assert task.episodes.step_time == 0.1 and package.BtManipEnv().fps == 20
+    observation, _ = env.reset(seed=0)
+    specs, values = task.observations.specs.items(), task.observe()
+    for key, group in (("agent_pos", "robot"), ("environment_state", "simulator")):
+        expected = np.concatenate([values[name] for name, one in specs if one.group == group])
+        np.testing.assert_array_equal(observation[key], expected)
+        assert env.observation_space[key] == Box(-np.inf, np.inf, expected.shape, np.float32)
+        assert config.features[key].shape == expected.shape
+    assert config.features["action"] == (package.FeatureType.ACTION, space.shape)
+    taken = []
+    monkeypatch.setattr(task.action, "step", taken.append)
+    for _ in range(2):
+        assert [env.step(end)[3] for end in (space.low - 9, space.high + 9)] == [False, True]
+        np.testing.assert_array_equal(taken[-2:], [space.low, space.high])
+        env.reset()
+    images = package._space_of({"pixels": {"overview": np.zeros((2, 3, 3), np.uint8)}})
+    assert images["pixels"]["overview"] == Box(0, 255, (2, 3, 3), np.uint8)

@@ -59,7 +59,6 @@ def test_objects_that_the_expert_puts_away_are_not_lost_and_the_goal_holds_at_th
         assert reached[-1] == (not task.episodes.run.goal.why_not())
     assert outcome.success and acted and "cube" not in cell.objects
     assert reached.count(True) == 1 and reached[-1]
-    env.close()
 
 
 @pytest.mark.soak
@@ -110,4 +109,3 @@ def test_a_gymnasium_environment_steps_with_the_expert_in_the_units_of_its_actio
     *_, info = env.unwrapped.expert_step()
     assert env.action_space.contains(label)
     assert np.array_equal(info["expert_action"], label)
-    env.close()

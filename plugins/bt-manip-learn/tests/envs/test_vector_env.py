@@ -1,4 +1,4 @@
-"""A batch of environments has the bits of single ones."""
+"""A batch of environments (`bt_manip_learn.envs.batch`) has the bits of single ones."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,11 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import data_equivalence
 
 from bt_manip.exceptions import BtManipError
+from bt_manip_learn.agents import Images
+from bt_manip_learn.envs import gymnasium_env
 from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
 from bt_manip_learn.envs.vector_env import BatchEnvironment
 
@@ -18,6 +21,14 @@ COMMON = {"reward": "dense", "controller": "native_pd"}
 def make_batch(n, name=ID, **options):
     options = {**COMMON, **options}
     return gymnasium.make_vec(name, num_envs=n, vectorization_mode="vector_entry_point", **options)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Two environments, which tests reset."""
+    batch = make_batch(2)
+    yield batch
+    batch.close()
 
 
 def assert_same_bits(
@@ -33,35 +44,17 @@ def assert_same_bits(
         vector_kwargs={"autoreset_mode": mode}, disable_env_checker=True, **COMMON,
     )  # fmt: skip
     try:
-        same(batch.reset(seed=5), singles.reset(seed=5))
+        assert data_equivalence(batch.reset(seed=5), singles.reset(seed=5), exact=True)
         rng, ends = np.random.default_rng(1), 0
         for _ in range(steps):
             actions = rng.uniform(-1.0, 1.0, batch.action_space.shape).astype(np.float32)
             found, expected = batch.step(actions), singles.step(actions)
-            same(found, expected)
+            assert data_equivalence(found, expected, exact=True), (found, expected)
             ends += int(found[2].sum() + found[3].sum())
         return ends
     finally:
         batch.close()
         singles.close()
-
-
-def same(a, b, where="result"):
-    """Assert that two results are equal, bit for bit."""
-    assert type(a) is type(b), where
-    if isinstance(a, dict):
-        assert a.keys() == b.keys(), where
-        for key in a:
-            same(a[key], b[key], f"{where} {key}")
-    elif isinstance(a, tuple | list) or (isinstance(a, np.ndarray) and a.dtype == object):
-        assert len(a) == len(b), where
-        for i, (one, other) in enumerate(zip(a, b, strict=True)):
-            same(one, other, f"{where}[{i}]")
-    elif isinstance(a, np.ndarray):
-        assert a.dtype == b.dtype and a.shape == b.shape, where
-        assert a.tobytes() == b.tobytes(), f"{where}: {a} {b}"
-    else:
-        assert a == b, where
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
@@ -89,8 +82,6 @@ def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts
         *_, infos = batch.step(batch.action_space.sample())
     *_, info = single.step(single.action_space.sample())
     assert info["results"] == {"object": "part", "half": 0.5}
-    single.close()
-    batch.close()
 
 
 @pytest.mark.soak
@@ -116,7 +107,6 @@ def test_a_mask_resets_some_environments_and_leaves_the_others():
         assert after[name][0].tobytes() == first[name][0].tobytes()
         assert after[name][1].tobytes() == before[name][1].tobytes()
     assert info["_seed"].tolist() == [True, False]
-    batch.close()
 
 
 @pytest.mark.parametrize(
@@ -144,44 +134,37 @@ def test_objects_that_act_goals_that_remember_and_models_that_change_are_refused
     batch = BatchEnvironment("open_drawer", num_envs=2)
     with pytest.raises(BtManipError, match="episodes in a batch share one model"):
         batch.reset(seed=0)
-    batch.close()
 
 
-def test_an_action_that_is_not_finite_is_refused_before_anything_moves():
-    batch = make_batch(2)
-    batch.reset(seed=0)
-    actions = np.zeros(batch.action_space.shape, np.float32)
+def test_an_action_that_is_not_finite_is_refused_before_anything_moves(pair):
+    actions = np.zeros(pair.action_space.shape, np.float32)
+    pair.reset(seed=0)
+    expected, *_ = pair.step(actions)
+    pair.reset(seed=0)
     actions[1, 0] = np.nan
     with pytest.raises(BtManipError, match="action of environment 1"):
-        batch.step(actions)
-    after, *_ = batch.step(np.zeros_like(actions))
-    other = make_batch(2)
-    other.reset(seed=0)
-    expected, *_ = other.step(np.zeros_like(actions))
-    same(after, expected)
-    batch.close()
-    other.close()
+        pair.step(actions)
+    after, *_ = pair.step(np.zeros_like(actions))
+    assert data_equivalence(after, expected, exact=True)
 
 
-def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on():
-    batch, calm = make_batch(2), make_batch(2)
-    still = np.zeros(batch.action_space.shape, np.float32)
-    for one in (batch, calm):
-        one.reset(seed=0)
-        before, *_ = one.step(still)
-    batch.simulations[1].bind("qvel")[0] = 1e12
-    after, _, ends, _, info = batch.step(still)
-    expected, *_ = calm.step(still)
+def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on(pair):
+    still = np.zeros(pair.action_space.shape, np.float32)
+    pair.reset(seed=0)
+    pair.step(still)
+    expected, *_ = pair.step(still)
+    pair.reset(seed=0)
+    before, *_ = pair.step(still)
+    pair.simulations[1].bind("qvel")[0] = 1e12
+    after, _, ends, _, info = pair.step(still)
     assert ends.tolist() == [False, True]
     assert info["failure"][1].startswith("MuJoCo warned at ")
     for name in before:
         assert after[name][0].tobytes() == expected[name][0].tobytes()
         assert after[name][1].tobytes() == before[name][1].tobytes()  # the last ones before
-    started, *_, info = batch.step(still)
+    started, *_, info = pair.step(still)
     assert info["episode_number"].tolist() == [0, 1]
     assert np.isfinite(started["cube_position"]).all()
-    batch.close()
-    calm.close()
 
 
 def test_a_batch_goes_on_from_states_of_single_environments():
@@ -202,8 +185,6 @@ def test_a_batch_goes_on_from_states_of_single_environments():
         assert rewards[1] == reward
         for name, values in expected.items():
             assert observed[name][1].tobytes() == values.tobytes(), name
-    batch.close()
-    single.close()
 
 
 def test_a_batch_has_what_clients_ask_of_a_vector_environment():
@@ -222,12 +203,12 @@ def test_a_batch_has_what_clients_ask_of_a_vector_environment():
             batch.set_attr("mark", wrong)
     with pytest.raises(BtManipError, match="'step' is not possible in single environments"):
         batch.call("step", None)
-    batch.close()
 
 
-def test_an_image_of_each_environment_is_rendered_and_no_image_observed(opengl):
+def test_an_image_of_each_environment_is_rendered_and_no_image_observed(opengl, monkeypatch):
     with pytest.raises(BtManipError, match="images are rendered one by one"):
-        make_batch(2, images={"kinds": ["depth"]})
+        make_batch(2, images={"kinds": ["depth"], "width": 8, "height": 8})
+    monkeypatch.setattr(gymnasium_env, "RENDERED", Images(width=64, height=48))
     batch = make_batch(2, render_mode="rgb_array")
     batch.reset(seed=[3, 8])
     first, second = batch.render()

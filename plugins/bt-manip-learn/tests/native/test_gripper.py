@@ -1,10 +1,14 @@
 """MuJoCo's actuators open and close two fingers, and hold a cube."""
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bt_manip.cell import Cell
+from bt_manip.robots import Robot, panda
 from bt_manip_learn import NativeTwoFingerGripper
 from tests.support.arms import panda_cell, step_until
 
@@ -33,6 +37,13 @@ def test_a_held_cube_does_not_creep_and_is_released():
     before = cell.pose("cube").translation
     cell.step(500)
     assert np.abs(cell.pose("cube").translation - before).max() < 1e-3
+    push = cell.data.xfrc_applied[cell.body_id("cube"), :3]
+    push[:] = 10.0 * robot.tool_pose.rotation[:, 1]  # [N] along the closing direction
+    fingers = cell.model.jnt_qposadr[cell.model.actuator_trnid[gripper.mechanism.ctrl_adr, 0]]
+    for _ in range(100):
+        cell.step()
+        assert abs(np.subtract(*cell.data.qpos[fingers])) < 4e-4  # coupled
+    push[:] = 0.0
     gripper.open()
     step_until(cell, lambda: gripper.is_open, 2.0)
     cell.step(200)
@@ -62,24 +73,67 @@ def test_signals_of_many_steps_are_those_of_single_steps(grip):
     assert gripper.get_state()["ramp"] == after["ramp"]
 
 
-def test_signals_past_the_end_of_a_plan_are_its_last():
-    planned = np.arange(6.0).reshape(3, 2)
-    hand = SimpleNamespace(_planned=lambda: planned, _index=1, advance=lambda steps: None)
-    rows = NativeTwoFingerGripper.signals(hand, 4)
-    assert rows.tolist() == planned[[1, 2, 2, 2]].tolist()
-
-
-@pytest.mark.parametrize(("start", "aim"), [(0.04, 0.01), (0.01, 0.04)])
-def test_the_planned_damping_is_that_of_the_speed_of_the_reference(start, aim):
-    s, dt = np.linspace(start, aim, 31), 0.01
-    hand = SimpleNamespace(
-        _signals=None, _path=lambda: s, _start=start, _aim=aim, _rate=0.1,
-        _a=np.array([1.0, -1.0]), _b=np.zeros(2), _k=0.0, _d=2.0,
-    )  # fmt: skip
-    velocity = np.append(np.diff(s) / dt, 0.0)
-    np.testing.assert_allclose(
-        NativeTwoFingerGripper._planned(hand), 2.0 * np.outer(velocity, [1.0, -1.0]), atol=1e-9
+@pytest.fixture
+def mirrored(tmp_path):
+    """A Panda whose second finger moves away from its joint, and twice as far, by description."""
+    description, path = panda(), tmp_path / "finger_travel.toml"
+    parameters = description.gripper.parameters
+    text = Path(parameters["travel"]).read_text().replace("min_width = 0.0", "min_width = 0.016")
+    straight, travel = "[[0.0, 1.0], [0.0, 1.0]]", "[[0.003, 1.0], [-0.005, -2.0]]"
+    assert straight in text
+    path.write_text(text.replace(straight, travel))
+    gripper = replace(description.gripper, parameters={**parameters, "travel": str(path)})
+    robot, cell = (
+        Robot(replace(description, gripper=gripper), gripper=NativeTwoFingerGripper),
+        Cell(),
     )
+    cell.add(robot)
+    return cell.model, robot.gripper
+
+
+def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(mirrored):
+    model, gripper = mirrored
+    motors = gripper.mechanism.ctrl_adr
+    dofs = model.jnt_dofadr[model.actuator_trnid[motors, 0]]
+    kp, kd = -model.actuator_biasprm[motors, 1:3].T
+    slopes, offsets = np.array([1.0, -2.0]), np.array([0.003, -0.005])
+    loops = np.transpose([kp, kd]) / slopes[:, np.newaxis] ** 2  # of the fingers, not the joints
+    for m, c, (p, d) in zip(model.dof_M0[dofs], model.dof_damping[dofs], loops, strict=True):
+        assert np.roots([m, c + d, p]) == pytest.approx([-150.0, -150.0], rel=1e-4)
+    coupling = model.eq_data[model.equality("panda/finger_synchrony").id, :5]
+    q = 0.01
+    assert offsets[0] + np.polyval(coupling[::-1], q) == pytest.approx(offsets[1] - 2.0 * q)
+    for start, aim in ((0.04, 0.01015), (0.01015, 0.0312)):  # 298.5 and 210.5 steps at 0.1 m/s
+        gripper.move(2 * aim)
+        t, way = 1e-3 * np.arange(400)[:, np.newaxis], abs(aim - start)
+        s = start + np.sign(aim - start) * np.minimum(0.1 * t, way)
+        v = np.sign(aim - start) * np.where(0.1 * t < way, 0.1, 0.0)
+        steps = int(np.ceil(way / 1e-4))
+        rows = [gripper.signals(steps - 1)]
+        assert gripper.moving
+        rows.append(gripper.signals(1))
+        assert not gripper.moving
+        rows.append(gripper.signals(400 - steps))
+        expected = (kp * (s - offsets) + kd * v) / slopes  # no force where joints follow
+        np.testing.assert_allclose(np.concatenate(rows), expected, atol=1e-9)
+    gripper.move(0.08)
+    gripper.signals(31)
+    gripper.stop()
+    expected = kp * (0.0312 + 31e-4 - offsets) / slopes
+    np.testing.assert_allclose(gripper.signals(1), [expected], atol=1e-9)
+    assert not gripper.moving
+    gripper.close(30.0)  # half as much again beyond the closed fingers
+    for _ in range(2):
+        end = gripper.signals(1000)[-1]
+        assert end == pytest.approx(kp * (0.008 - offsets) / slopes - 45.0 * slopes)
+        gripper.stop()
+    assert model.actuator_forcerange[motors].tolist() == [[-30.0, 30.0], [-60.0, 60.0]]
+
+
+def test_fingers_with_more_damping_of_their_own_than_needed_get_no_more(monkeypatch):
+    monkeypatch.setattr("bt_manip_learn.native.gripper._POLE", 1.0)  # [rad/s]
+    cell, *_, gripper = panda_cell(cube=False, make_gripper=NativeTwoFingerGripper)
+    assert not cell.model.actuator_biasprm[gripper.mechanism.ctrl_adr, 2].any()
 
 
 @pytest.mark.parametrize(
