@@ -105,6 +105,15 @@ def test_a_gripper_closes_later_in_the_step_for_a_smaller_number(station, policy
     assert closing == [False] * 3 + [True] * 3
 
 
+def test_joint_targets_are_reached(station, policy):
+    target = station.arm.q_ref + 0.1
+    model = policy([*target, 1.0], action="joint_targets")
+    acting = Acting(station, model=model, time_limit=1.0).run(1.2)
+    assert np.allclose(station.arm.robot.q, target, atol=2e-3)
+    assert station.gripper.closed_on_nothing
+    acting.check_limits()
+
+
 def in_turn(rows, k):
     return rows[k % 4]
 
