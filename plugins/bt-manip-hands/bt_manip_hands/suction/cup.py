@@ -5,9 +5,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from bt_manip import spatial
 from bt_manip.cell import literal_name
 from bt_manip.exceptions import did_you_mean
-from bt_manip.robots import Robot, RobotError
+from bt_manip.grippers import BodySurface
+from bt_manip.robots import Robot, RobotError, site_pose
 
 from .lip import LIP_RADIUS, LIP_TRAVEL, MAX_SAG, ring
 from .parameters import SuctionParameters
@@ -153,15 +155,12 @@ def _build(robot: Robot, parameters: SuctionParameters) -> Any:
 
 def _measure(robot: Robot, body: Any) -> float:
     """Return the width of a cup orthogonal to the tool's z axis: the smaller of x and y [m]."""
-    root = robot.mjcf_model
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
-    data = mujoco.MjData(model)
+    model, data = robot.alone, mujoco.MjData(robot.alone)
     mujoco.mj_kinematics(model, data)
-    R_wt = data.site(robot.tool_site.full_identifier).xmat.reshape(3, 3)
-    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
-    for geom in np.flatnonzero(model.geom_bodyid == model.body(body.full_identifier).id):
-        R = R_wt.T @ data.geom_xmat[geom].reshape(3, 3)
-        centre = R_wt.T @ data.geom_xpos[geom] + R @ model.geom_aabb[geom, :3]
-        half = np.abs(R) @ model.geom_aabb[geom, 3:]
-        lower, upper = np.minimum(lower, centre - half), np.maximum(upper, centre + half)
-    return float((upper - lower)[:2].min())
+    number, tool = (
+        int(model.body(one.full_identifier).id) for one in (body, robot.tool_site.parent)
+    )
+    T_wc, T_wb = (spatial.pose(data.xpos[b], data.xquat[b]) for b in (number, tool))
+    T_wt = T_wb * site_pose(model, robot.tool_site)
+    surface = BodySurface(model, number).beyond(T_wt.actInv(T_wc), -np.inf)
+    return float(np.ptp(surface, axis=0)[:2].min())
