@@ -287,13 +287,13 @@ ARGUED = {
     "np.linspace(*area.x, 6)": "how many places of a base are tried",
     "* rng.uniform() ** 2": "how pieces of a random search are spread",
     "if (rng.uniform() < LOCAL_SHARE)": "how samples of a random search are spread",
-    "half, light = 0.5 * WALL": "a colour",
     "reshape(-2, 3, 3)": "NumPy takes any negative length for the one that is left",
     "np.maximum(radius, 1e-12)": "it is against a division by zero only",
     "() - 240, 0), ": "how much of the surface around an object corrects its depths",
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "digits[-1].geoms[-1]])": "the tip of any finger stands for those of all",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
