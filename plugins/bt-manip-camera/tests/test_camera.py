@@ -21,34 +21,19 @@ def rng():
     return np.random.default_rng(0)
 
 
-def rays_of(cell, camera, frame):
-    """Give pixels at random, with the distance along the axis that MuJoCo's ray casting finds."""
-    rng = np.random.default_rng(1)
-    rays = frame.rays()
-    geom = np.zeros(1, np.int32)
-    for v, u in rng.integers(0, (camera.height, camera.width), (60, 2)):
-        along = frame.T_wc.rotation @ rays[v, u]
-        length = np.linalg.norm(along)
-        away = mujoco.mj_ray(
-            cell.model, cell.data, frame.T_wc.translation, along / length, None, 1, -1, geom
-        )
-        yield v, u, away / length
-
-
-def test_depth_is_what_rays_meet(see, rng):
+def test_depth_is_what_rays_meet_and_colour_that_of_a_camera_of_the_cell(see, rng, parts):
     cell, camera = see(width=160, height=120, **PERFECT)
-    frame = camera.expose(rng)
-    found = [(frame.depth[v, u], d) for v, u, d in rays_of(cell, camera, frame)]
-    measured, expected = np.array(found).T
-    close = np.abs(measured - expected) < 5e-4
-    assert close.mean() > 0.95  # the others are at edges
-
-
-def test_colour_is_that_of_a_camera_of_the_cell(see, rng, parts):
-    cell, camera = see(width=160, height=120)
+    frame, geom, gaps = camera.expose(rng), np.zeros(1, np.int32), []
+    rays = frame.rays() @ frame.T_wc.rotation.T
+    for v, u in rng.integers(0, (120, 160), (60, 2)):
+        away = mujoco.mj_ray(
+            cell.model, cell.data, frame.T_wc.translation, rays[v, u], None, 1, -1, geom
+        )
+        gaps.append(abs(frame.depth[v, u] - away))  # of rays that are 1 deep
+    assert np.mean(np.array(gaps) < 5e-4) > 0.95  # the others are at edges
     other = parts.objects.create("camera", width=160, height=120, fovy=50.0)
     cell.add(other, cell.pose("camera"), name="other", free=False)
-    np.testing.assert_array_equal(camera.expose(rng).colour, other.rgb())
+    np.testing.assert_array_equal(frame.colour, other.rgb())
     other.close()
 
 
@@ -99,13 +84,13 @@ def test_the_renderer_is_kept_when_objects_come_and_go(see):
     cell, camera = see(width=80, height=60)
     fresh = DepthCamera(width=80, height=60)
     seen, kept = [camera.render()[0]], []
-    for _ in range(3):
+    for _ in range(2):
         cell.add(Cube(size=0.04), pose((0.1, 0.1, 1.2)), name="another")
         seen.append(camera.render()[0])
         cell.remove("another")
         seen.append(camera.render()[0])
         kept.append(list(camera.contexts.values()))
-    assert kept[0] == kept[1] == kept[2] and len(kept[0]) == 2  # with and without its texture
+    assert kept[0] == kept[1] and len(kept[0]) == 2  # with and without its texture
     np.testing.assert_array_equal(seen[0], seen[-1])
     assert not np.array_equal(seen[0], seen[1])
     cell.add(fresh, cell.pose("camera"), name="fresh", free=False)
@@ -128,10 +113,3 @@ def test_a_camera_outside_a_cell_and_without_opengl_says_so(monkeypatch, rng):
     cell.add(camera, pose((0.0, 0.0, 1.0)), name="camera", free=False)
     with pytest.raises(NoOpenGLError, match="nothing with MUJOCO_GL disable; .*MUJOCO_GL=egl"):
         camera.expose(rng)
-
-
-def test_the_same_seed_gives_the_same_bits(see):
-    _, camera = see(width=160, height=120)
-    one, other, third = (camera.expose(np.random.default_rng(s)) for s in (3, 3, 4))
-    np.testing.assert_array_equal(one.depth, other.depth)
-    assert not np.array_equal(one.depth, third.depth)

@@ -22,7 +22,7 @@ from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.sources import NetworkFrames, RecordedFrames, connect
 from tests.support.program import DEVICES
 
-from .test_cast_frames import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast
+from .test_segmentation import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast
 
 SMALL = SimpleNamespace(width=4, height=3, focal_length=5.0)
 DEPTH, COLOUR = np.arange(12.0).reshape(3, 4), np.arange(36, dtype=np.uint8).reshape(3, 4, 3)
@@ -216,8 +216,3 @@ def test_what_cannot_be_a_source_is_refused_before_the_run(serve, tmp_path):
     }.items():
         with pytest.raises(BtManipError, match=why):
             connect(run, [text])
-
-
-def test_a_real_arm_without_frames_of_a_real_camera_is_refused(prepare_real):
-    with pytest.raises(BtManipError, match=r"a real robot needs frames of a real camera: --camera"):
-        prepare_real()

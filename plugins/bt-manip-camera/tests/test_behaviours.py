@@ -23,7 +23,7 @@ from bt_manip_camera.perception import Perception
 from bt_manip_camera.seen import SeenPoses
 from bt_manip_camera.tags import SeenTag
 
-from .test_cast_frames import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast, painted
+from .test_segmentation import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast, painted
 
 EMPTY, CUBE = cast(size=(0.3, 0.3, 0.01)), cast(size=(0.05, 0.05, 0.05), yaw=0.4)
 
