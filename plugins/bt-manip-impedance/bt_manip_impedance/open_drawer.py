@@ -1,8 +1,6 @@
 """Opening a drawer by its handle."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,13 +8,13 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.behaviours import (
     MotionBehaviour,
-    ObjectCondition,
     feasible_force,
     nearest_orientation,
     number_or_auto,
 )
 from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError, why_not_at_rest
+from bt_manip_impedance.approach import ApproachCondition
 from bt_manip_impedance.compliant_motion import CompliantMotion
 from bt_manip_impedance.drawer import HANDLE, Drawer
 
@@ -31,9 +29,6 @@ MAX_DRAWER_SPEED = 5e-3
 
 MAX_FORCE = 40.0
 """Force on the handle at which it gives up, if arm and grip can exert it [N]."""
-
-NEAR = 0.2
-"""Distance from the handle at which the progress of reaching it is a quarter [m]."""
 
 OVER, DOWN = "over", "down"
 
@@ -153,16 +148,11 @@ class PullOpen(CompliantMotion):
         )
 
 
-class IsOpen(ObjectCondition):
+class IsOpen(ApproachCondition):
     """Check that a drawer is open and at rest, held or not."""
 
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="Minimum opening [m].", above=0.0)
-
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell and the robots."""
-        super().setup(**infrastructure)
-        self.robots: Mapping[str, Any] = infrastructure["robots"]
 
     def why_not(self) -> str:
         """Measure the position and velocity of the slide."""
@@ -175,11 +165,10 @@ class IsOpen(ObjectCondition):
 
     def progress(self) -> float:
         """Return the progress of reaching the handle, holding it, and opening."""
-        drawer, robots = find_drawer(self.cell, self.object), self.robots.values()
-        handle = (self.cell.pose(self.object) * drawer.T_oh).translation
-        distances = [np.linalg.norm(one.robot.tool_pose.translation - handle) for one in robots]
-        near = 1.0 - math.tanh(min(distances) / NEAR)
-        held = any(one.gripper is not None and self.object in one.gripper.held for one in robots)
+        drawer = find_drawer(self.cell, self.object)
+        near = self.closeness((self.cell.pose(self.object) * drawer.T_oh).translation)
+        grippers = [one.gripper for one in self.robots.values() if one.gripper is not None]
+        held = any(self.object in gripper.held for gripper in grippers)
         opened = min(drawer.opening / self.opening, 1.0)
         return 0.2 * max(near, opened) + 0.2 * max(held, opened) + 0.6 * opened
 

@@ -11,6 +11,7 @@ from bt_manip.exceptions import did_you_mean
 from bt_manip.grippers import BodySurface
 from bt_manip.robots import Robot, RobotError, site_pose
 
+from ..touch import add_touch_sensor
 from .lip import LIP_RADIUS, LIP_TRAVEL, MAX_SAG, ring
 from .parameters import SuctionParameters
 
@@ -18,7 +19,6 @@ _NAME = "suction_cup"
 _BELL = 0.5  # height of the bell in diameters
 _STEM = 0.3  # diameter of the stem in diameters
 _MASSES = (1e-3, 0.015, 0.03)  # [kg] of each sphere of the lip, of bell and stem
-_SENSOR_REACH = 0.3  # [m] radius of the sensor zone, large enough for all contacts of the cup
 _SOLMIX = 1e6  # weight of the lip's contact parameters; that of other geoms is 1
 _SOLREF = (0.004, 1.0)
 _SOLIMP = (0.95, 0.95, 0.001)  # a stiffer lip bounces off light objects, a softer one creeps
@@ -80,12 +80,7 @@ class Cup:
                 gap=LIP_TRAVEL, condim=6, friction=(0.0, lever, lever),
                 priority=0, solmix=_SOLMIX, solref=_SOLREF, solimp=_SOLIMP,
             )  # fmt: skip
-        # Group 5 is hidden in all viewers by default.
-        site = self.body.add(
-            "site", name=f"{_NAME}_touch", type="sphere", size=(_SENSOR_REACH,), group=5,
-            rgba=(0, 0, 0, 0),
-        )  # fmt: skip
-        self._sensor = self.body.root.sensor.add("touch", name=f"{_NAME}_touch", site=site)
+        self._sensor = add_touch_sensor(self.body, f"{_NAME}_touch")
 
     def bind(self, model: mujoco.MjModel) -> None:
         """Bind to a compiled model.
