@@ -56,7 +56,8 @@ def tags_seen(number):
         elevation, azimuth = np.radians(rng.uniform(60, 90)), rng.uniform(-np.pi, np.pi)
         flat = np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])
         eye = (*at, 1.0) + 0.65 * np.append(flat, np.sin(elevation))
-        found.append((look([(5, at, yaw)], eye, (*at, 1.0)), at, yaw, eye))
+        target = (*(at + rng.uniform(-0.05, 0.05, 2)), 1.0)
+        found.append((look([(5, at, yaw)], eye, target), at, yaw, eye))
     return found
 
 

@@ -19,7 +19,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
-from bt_manip.robots import RobotError
+from bt_manip.robots import Robot, RobotError, read_description
 from bt_manip.spatial import pose
 from bt_manip_hands.hand import Hand
 from tests.support.held import check_held
@@ -119,7 +119,7 @@ def test_wrong_keys_of_a_description_are_refused(tmp_path):
     text = (ROBOTS / "ur5e_allegro.toml").read_text()
     (tmp_path / "arm.toml").write_text(text.replace("stiffness =", "stifness ="))
     with pytest.raises(RobotError, match=r"arm.toml:\d+: key 'gripper.stiffness' is missing"):
-        build_station(robot=str(tmp_path / "arm.toml"))
+        Robot(read_description(tmp_path / "arm.toml"), gripper=Hand)
 
 
 def stepped(force, seconds, held=(), s=0.5, state="closing"):

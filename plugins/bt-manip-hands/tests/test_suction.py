@@ -317,7 +317,7 @@ def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
     picked(station, Box(size=(0.06, 0.06, 0.05), mass=0.5))
     (tmp_path / "arm.toml").write_text(arm + tool + 'actuator = "vacum"\n')
     with pytest.raises(RobotError, match="no adhesion actuator 'vacum'; did you mean 'vacuum'"):
-        build_station(parts, robot=str(tmp_path / "arm.toml"))
+        Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
 
 
 def test_a_file_and_python_say_the_same():
@@ -334,11 +334,11 @@ def test_a_file_and_python_say_the_same():
         ("length", "max_force = 3\nlength", "'gripper.max_force' follows from 'pressure'"),
     ],
 )
-def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, message):
+def test_wrong_descriptions_are_refused_with_the_key(tmp_path, old, new, message):
     text = WITH_CUP.read_text().replace("six_joints.urdf", str(ROBOTS / "six_joints.urdf"))
     (tmp_path / "arm.toml").write_text(text.replace(old, new))
     with pytest.raises(RobotError, match=rf"arm.toml:\d+: key {message}"):
-        build_station(parts, robot=str(tmp_path / "arm.toml"))
+        Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
 
 
 @pytest.mark.soak
