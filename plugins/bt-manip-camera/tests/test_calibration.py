@@ -180,6 +180,8 @@ def test_a_fixed_camera_is_found_from_a_tag_on_the_hand(library, parts, monkeypa
     assert found.T_wt.isApprox(pose((0.07, 0.0, -0.05), (0.5,) * 4), 5e-3)
     assert pixels == pytest.approx(found.residual * 240.0 / np.tan(np.radians(25.0)))
     assert pixels < 1.0 and held[0][1:] == (0, 0.06)
+    with pytest.raises(CellError, match="has one april_tag, not 0"):
+        commands.find_calibration("table_seen", "panda", "", views=5, seed=0)
 
 
 def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(library, monkeypatch):
@@ -201,8 +203,13 @@ def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(libr
 )
 def test_a_description_fits_within_2_mm_and_half_a_degree(monkeypatch, distance, degrees, fits):
     off = pin.SE3(pin.exp3(np.array([0.0, np.radians(degrees), 0.0])), np.array([distance, 0, 0]))
-    found = SimpleNamespace(T_gc=T_GC * off, views=6)
-    monkeypatch.setattr(commands, "find_calibration", lambda **options: (found, T_GC, 0.1))
+    found, given = SimpleNamespace(T_gc=T_GC * off, views=6), {}
+    monkeypatch.setattr(
+        commands, "find_calibration", lambda **options: given.update(options) or (found, T_GC, 0.1)
+    )
     ran = CliRunner().invoke(commands.camera, ["check"], standalone_mode=False)
     assert ran.return_value == (0 if fits else 1)
     assert ran.output.startswith("it fits: " if fits else "it does not fit any more: ")
+    expected = {"scene": "table_with_tag", "robot": "panda", "name": "", "views": 12, "seed": 0}
+    assert given == expected
+    assert CliRunner().invoke(commands.camera, ["check", "--views", "4"]).exit_code == 2

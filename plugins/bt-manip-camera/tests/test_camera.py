@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.cell import Cell, CellError, NoOpenGLError, looking_at
-from bt_manip.cell.objects import Cube
+from bt_manip.cell.objects import ConvexMesh, Cube
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
 
@@ -31,6 +31,11 @@ def test_depth_is_what_rays_meet_and_colour_that_of_a_camera_of_the_cell(see, rn
         )
         gaps.append(abs(frame.depth[v, u] - away))  # of rays that are 1 deep
     assert np.mean(np.array(gaps) < 5e-4) > 0.95  # the others are at edges
+    camera.close()  # the next image has a new renderer
+    camera.disturb = lambda depth, colour, rng: (2.0 * depth, 255 - colour)
+    disturbed = camera.expose(rng)
+    np.testing.assert_array_equal(disturbed.depth, 2.0 * frame.depth)
+    np.testing.assert_array_equal(disturbed.colour, 255 - frame.colour)
     other = parts.objects.create("camera", width=160, height=120, fovy=50.0)
     cell.add(other, cell.pose("camera"), name="other", free=False)
     np.testing.assert_array_equal(frame.colour, other.rgb())
@@ -91,6 +96,11 @@ def test_the_renderer_is_kept_when_objects_come_and_go(see):
         seen.append(camera.render()[0])
         kept.append(list(camera.contexts.values()))
     assert kept[0] == kept[1] and len(kept[0]) == 2  # with and without its texture
+    cell.add(ConvexMesh(), pose((0.1, 0.1, 1.2)), name="mesh")
+    camera.render()
+    assert len(camera.contexts) == 2  # the one without the cube is gone
+    cell.remove("mesh")
+    seen.append(camera.render()[0])
     np.testing.assert_array_equal(seen[0], seen[-1])
     assert not np.array_equal(seen[0], seen[1])
     cell.add(fresh, cell.pose("camera"), name="fresh", free=False)

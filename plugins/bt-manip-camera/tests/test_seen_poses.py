@@ -129,6 +129,17 @@ def test_what_a_tree_adds_is_there_once_a_camera_has_seen_it(overhead):
             assert loop.advance() is NodeStatus.RUNNING
         gap = believed.pose("cube").translation - physics.pose("cube").translation
     assert 1e-5 < np.linalg.norm(gap) < 8e-3  # seen, from 1.2 m
+    overhead.station.believed.poses.taken("cube")
+    assert "cube" not in physics.entities
+
+
+def test_what_is_not_expected_is_where_the_physics_has_it_from_the_start_of_a_cycle(run):
+    station = run.station
+    T_wo = station.cell.pose("basket") * pose((0.02, -0.03, 0.0), (0.8, 0.0, 0.0, 0.6))
+    station.cell.move("basket", T_wo)
+    assert not station.believed.cell.pose("basket").isApprox(T_wo)
+    station.believed.begin()
+    assert station.believed.cell.pose("basket").isApprox(T_wo)
 
 
 def test_what_a_tree_adds_out_of_sight_is_waited_for_in_vain(overhead):

@@ -189,6 +189,9 @@ def test_the_surface_on_any_side_tells_the_error_of_the_depths():
     ):  # fmt: skip
         (seen,) = find_clusters(painted((rows, columns, 0.05), error=4e-3), 1.0)
         assert seen.height == pytest.approx(0.05, abs=1e-9)
+    (seen,) = find_clusters(painted(((0, HEIGHT), (0, WIDTH), 0.05), error=4e-3), 1.0)
+    assert seen.height == pytest.approx(0.046)  # without any
+    assert not find_clusters(painted()._replace(depth=np.zeros((HEIGHT, WIDTH))))
 
 
 @pytest.mark.parametrize("turn", [0.0, np.pi])

@@ -112,11 +112,14 @@ def test_recorded_frames_come_in_the_order_of_their_names(tmp_path):
         np.savez(tmp_path / f"{number}.npz", depth=DEPTH + number, colour=COLOUR)
     np.savez(tmp_path / "3.npz", depth=np.array([{}]), colour=COLOUR)  # pickled
     np.savez(tmp_path / "4.npz", depth=DEPTH, colour=COLOUR[:2])
+    np.savez(tmp_path / "5.npz", depth=DEPTH.astype(int), colour=COLOUR)
     recorded = RecordedFrames(tmp_path, SMALL)
     assert [recorded()[0][0, 0] for _ in range(2)] == [1.0, 2.0]
     with pytest.raises(CellError, match=r"3\.npz: .*allow_pickle"):
         recorded()
     with pytest.raises(CellError, match=r"4\.npz: images of \(3, 4\) and \(2, 4, 3\)"):
+        recorded()
+    with pytest.raises(CellError, match=r"5\.npz: depths of int64 and colours of uint8"):
         recorded()
     with pytest.raises(CellError, match="no further frame"):
         recorded()

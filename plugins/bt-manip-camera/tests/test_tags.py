@@ -9,7 +9,7 @@ from bt_manip.cell import Cell, looking_at
 from bt_manip.exceptions import BtManipError
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
-from bt_manip_camera.tags import CODES, Tag, detect_tags, tag_detector
+from bt_manip_camera.tags import CODES, Tag, detect_tags, tag_detector, tag_image
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,8 @@ def test_each_tag_has_its_number(library, opengl):
 
 
 def test_the_picture_of_a_tag_is_on_its_plate_and_its_top_is_the_frame():
-    cell, tag = Cell(), Tag(size=0.032)
+    cell, tag = Cell(), Tag()
+    assert tag_image(3).shape == (160, 160, 3)
     assert tag.rest_height == pytest.approx(2.1e-3)
     cell.add(tag, pose((0.0, 0.0, 1.0)), name="tag", free=False)
     plate, picture = (cell.model.geom(f"tag/{name}").id for name in ("plate", "picture"))

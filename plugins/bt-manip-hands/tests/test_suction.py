@@ -332,6 +332,9 @@ def test_a_file_and_python_say_the_same():
         ("diameter = 0.03\n", "", "'gripper.diameter' is missing"),
         ("length", "lenght", "'gripper.lenght' means nothing; did you mean 'length'"),
         ("length", "max_force = 3\nlength", "'gripper.max_force' follows from 'pressure'"),
+        ("length = 0.06", "length = 0.029", "'gripper.length' is at least the diameter"),
+        ("diameter = 0.03", "diameter = 0.005", "'gripper.diameter' .*0.005"),
+        ("pressure = 60e3", "pressure = 0.0", "'gripper.pressure' .*0"),
     ],
 )
 def test_wrong_descriptions_are_refused_with_the_key(tmp_path, old, new, message):
