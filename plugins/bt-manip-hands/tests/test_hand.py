@@ -100,7 +100,10 @@ def test_it_notices_that_it_has_closed_on_nothing(put):
     assert not station.gripper.moving
     station.gripper.open()
     assert station.gripper.moving and not station.gripper.is_open
+    station.gripper.stop()
+    assert not station.gripper.moving and not station.gripper.is_open
     assert station.run(OpenGripper()).status is NodeStatus.SUCCESS
+    station.gripper.stop()
     assert not station.gripper.moving and station.gripper.is_open
     grasp = Grasp(object="thing", force=FORCE)
     assert station.run(grasp).status is NodeStatus.FAILURE

@@ -152,24 +152,6 @@ def test_a_tug_below_the_holding_force_is_held_and_one_above_breaks_the_seal(sta
     assert station.gripper.forces == (0.0,)
 
 
-def test_a_broken_seal_stays_broken_in_contact_until_the_cup_closes_again(station):
-    put(station, Box(mass=0.2, size=(0.05, 0.05, 0.05)))
-    close = CloseGripper(force=40.0)
-    tree = Sequence(children=[MoveToPose(pose=on_top(0.0505)), close])
-    assert station.run(tree).status is NodeStatus.SUCCESS
-    data, joint = station.cell.data, station.cell.model.body(station.cell.body_id("thing")).jntadr
-    address = int(station.cell.model.jnt_qposadr[joint[0]])
-    kept = data.qpos[address : address + 7].copy()
-    data.qpos[address] += 0.2  # knocked away, and put back
-    station.cell.step(20)
-    assert station.gripper.status == "cup lost its seal"
-    data.qpos[address : address + 7] = kept
-    station.cell.step(100)
-    assert station.gripper.held == () and station.gripper.forces == (0.0,)
-    assert station.run(close).status is NodeStatus.SUCCESS
-    assert station.gripper.held == ("thing",)
-
-
 @pytest.fixture
 def still():
     """Give a cup of 42.4 N whose arm does not move, and a function that steps it before a box."""
@@ -219,10 +201,11 @@ def test_the_force_rises_in_50_ms_falls_in_20_ms_and_a_seal_needs_contact_within
     assert cup.is_open
 
 
-def test_a_seal_breaks_5_ms_after_the_contact_or_within_10_ms_where_the_lip_is_not_covered(still):
+def test_a_seal_breaks_after_the_contact_or_where_the_lip_is_not_covered_until_it_closes(still):
     cup, step = still
     for move, kept, lost in (
-        ({"away": 1e-3}, 4, 3), ({"away": -2e-4, "aside": 0.045}, 5, 2),
+        ({"away": 1e-3}, 4, 3),  # 5 ms
+        ({"away": -2e-4, "aside": 0.045}, 5, 2),  # it is checked every 10 ms
     ):  # fmt: skip
         step(1, away=-2e-4)
         cup.close(20.0)
@@ -232,7 +215,7 @@ def test_a_seal_breaks_5_ms_after_the_contact_or_within_10_ms_where_the_lip_is_n
         assert cup.held
         step(lost)
         assert not cup.held and cup.status == "cup lost its seal"
-        assert step(1) == 0.0
+        assert step(50, away=-2e-4) == 0.0 and not cup.held  # though it is in contact again
 
 
 @pytest.mark.parametrize("kind", ["box", "mesh"])
@@ -261,18 +244,6 @@ def test_a_cup_seals_3_mm_from_a_face_that_is_under_the_whole_lip(kind):
             data.mocap_pos[body], data.mocap_quat[body] = T.translation, quat_wxyz(T)
         mujoco.mj_kinematics(model, data)
         assert seals(model, data, 0, radius, [0, 1]) == expected
-
-
-def test_a_cup_over_an_edge_does_not_seal(station):
-    put(station, Box(size=(0.05, 0.05, 0.05)))
-    close = CloseGripper(force=40.0)
-    over = MoveToPose(pose=on_top(0.051, x=0.4 + 0.012))
-    assert station.run(Sequence(children=[over, close])).status is NodeStatus.SUCCESS
-    assert station.gripper.closed_on_nothing and station.gripper.held == ()
-    assert station.gripper.status == "cup found nothing that seals it"
-    grasp = Grasp(object="thing", force=40.0)
-    assert station.run(grasp).status is NodeStatus.FAILURE
-    assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
 
 
 def test_what_it_holds_is_known_to_everybody_goes_on_from_a_state_and_is_set_down(station):
