@@ -121,5 +121,7 @@ def test_a_camera_outside_a_cell_and_without_opengl_says_so(monkeypatch, rng):
     with pytest.raises(CellError, match="camera 'depth_camera' is not in a cell yet"):
         camera.expose(rng)
     cell.add(camera, pose((0.0, 0.0, 1.0)), name="camera", free=False)
-    with pytest.raises(NoOpenGLError, match="nothing with MUJOCO_GL disable; .*MUJOCO_GL=egl"):
+    with pytest.raises(
+        NoOpenGLError, match="nothing can be drawn with MUJOCO_GL disable; .*MUJOCO_GL=egl"
+    ):
         camera.expose(rng)
