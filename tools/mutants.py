@@ -293,6 +293,7 @@ ARGUED = {
     ".max() + 60": "how much of the surface around an object corrects its depths",
     "digits[-1].geoms[-1]])": "the tip of any finger stands for those of all",
     "np.array([0.299, 0.587, 0.114])": "grey of pictures that are black and white",
+    'declared["colour"], default=': "a colour",
     "(self.inset - self.distance) / towards": "the sign is 1 or -1",
     "_REACH = 0.6": "larger than any body of a gripper",
     "_REACH = 0.15": "larger than any body of a gripper",

@@ -8,14 +8,14 @@ from bt_manip.cell import Cell, CellError, extent
 from bt_manip.spatial import pose
 from bt_manip_impedance import Drawer, HoleBoard, Peg, PushButton
 
-TRAVEL, FORCE = 0.008, 10.0  # of the button
-OPENING, RESISTANCE = 0.2, 5.0  # of the drawer
+TRAVEL = 0.008  # [m] of the button by default; 10 N at its end
+OPENING, RESISTANCE = 0.2, 5.0  # [m, N] of the drawer by default
 
 
 @pytest.fixture
 def cell() -> Cell:
     cell = Cell()
-    cell.add(PushButton(travel=TRAVEL, force=FORCE), pose((0, 0, 0)))
+    cell.add(PushButton(), pose((0, 0, 0)))
     return cell
 
 
@@ -72,7 +72,7 @@ def test_a_released_cap_is_as_high_as_the_button_says_and_sinks_into_the_housing
 
 def pulled(force: float, steps: int = 600) -> Drawer:
     cell = Cell()
-    cell.add(Drawer(travel=OPENING, resistance=RESISTANCE), pose((0, 0, 0)))
+    cell.add(Drawer(), pose((0, 0, 0)))
     drawer = cell.find("drawer")
     cell.data.qfrc_applied[cell.model.joint("drawer/slide").dofadr[0]] = force
     cell.step(steps)
