@@ -58,11 +58,15 @@ def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind):
             assert beside[0] == pytest.approx(beside[1], abs=1e-5)
 
 
-def test_a_cup_approaches_a_block_from_above_and_from_the_sides_but_not_from_below():
-    block, down = solid("box", 0.04, 0.04, 0.06), np.array([0.0, 0.0, -1.0])
+@pytest.mark.parametrize(("tilt", "lowest"), [(0.0, 0.0), (0.09, -0.09), (0.11, 0.0)])
+def test_a_cup_approaches_a_block_to_0_2_mm_but_not_from_below(tilt, lowest):
+    block, down = solid("box", 0.04, 0.03, 0.06), np.array([tilt, 0.0, -np.sqrt(1.0 - tilt**2)])
     found = CupGraspGenerator("block", [block], RADIUS, np.zeros(3)).candidates(down)
-    approaches = found.rotation[:, :, 2] @ down  # cosine of the approach and straight down
-    assert approaches.max() == pytest.approx(1.0) and approaches.min() == pytest.approx(0.0)
+    approach = found.rotation[:, :, 2]
+    cosines = approach @ down
+    assert (cosines.max(), cosines.min()) == pytest.approx((-down[2], lowest))
+    away = -np.sum(approach * found.position, axis=1)
+    assert away == pytest.approx(np.abs(approach) @ (0.04, 0.03, 0.06) + 0.2e-3, abs=1e-9)
     assert found.costs["curvature"] == pytest.approx(0.0, abs=1e-12)
 
 
