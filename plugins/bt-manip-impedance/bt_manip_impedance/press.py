@@ -5,8 +5,7 @@ import pinocchio as pin
 
 from bt_manip.behaviours import MotionBehaviour, feasible_force, number_or_auto
 from bt_manip.bt import Input, Status
-from bt_manip.cell import CellError
-from bt_manip_impedance.approach import ApproachCondition
+from bt_manip_impedance.approach import ApproachCondition, find_of
 from bt_manip_impedance.push_button import PRESSED, PushButton
 
 RELEASED = 1e-4  # [m] maximum depth of a released cap
@@ -46,9 +45,7 @@ class Press(MotionBehaviour):
     def start(self) -> None:
         """Move straight down."""
         self._since, self._outcome, self._last_force = None, None, 0.0
-        button = self.cell.find(self.object)
-        if not isinstance(button, PushButton):
-            raise CellError(f"'{self.object}' is not a button")
+        find_of(self.cell, self.object, PushButton)  # raises an error if it is something else
         given, down = self.max_force, np.array([0.0, 0.0, -1.0])
         self._limit = feasible_force(MAX_FORCE, self.arm, down) if given is None else given
         self._move_over_the_cap(-self.depth)
@@ -106,15 +103,8 @@ class ButtonCondition(ApproachCondition):
 
     @property
     def button(self) -> PushButton:
-        """The button.
-
-        Raises:
-            CellError: If there is none of that name.
-        """
-        button = self.cell.entities.get(self.object)
-        if not isinstance(button, PushButton):
-            raise CellError(f"the cell has no button '{self.object}'")
-        return button
+        """The button."""
+        return find_of(self.cell, self.object, PushButton)
 
 
 class IsReleased(ButtonCondition):
