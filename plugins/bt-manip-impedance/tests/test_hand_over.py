@@ -134,8 +134,10 @@ def test_the_tool_points_along_the_object_at_the_end_that_is_not_held(end, half_
     cell, T_wo = Cell(), pin.SE3(pin.exp3(np.array([0.3, -0.5, 0.7])), np.array([0.1, 0.2, 0.9]))
     cell.add(Box(size=(0.04, 0.2, 0.03)), T_wo, name="bar", free=False)
     outwards, across = end * T_wo.rotation[:, 1], T_wo.rotation[:, 2]  # of the longest, least side
-    leaf = SimpleNamespace(cell=cell, object="bar", inset=0.02, distance=0.07)
-    leaf._holder = lambda name: T_wo.act(np.array([0.3, -0.03 * end, 0.1]))
+    holder = T_wo.act(np.array([0.3, -0.03 * end, 0.1]))
+    leaf = SimpleNamespace(
+        cell=cell, object="bar", inset=0.02, distance=0.07, _holder=lambda name: holder
+    )
     R = np.column_stack([np.cross(across, -outwards), across, -outwards])
     turned = R @ np.diag([-1.0, -1.0, 1.0]) if half_turn else R
     leaf.T_wt = pin.SE3(turned @ pin.exp3(np.array([0.2, 0.1, 0.3])), np.zeros(3))
