@@ -189,14 +189,3 @@ def test_blocks_are_stacked_where_they_were_seen(parts, opengl, small_images, nu
             if known[-1] != (new := four & believed.objects.keys()):
                 known.append(new)
     assert known == [set(), four]  # all at once, once they were seen
-
-
-def test_an_object_is_not_there_until_it_was_seen(run):
-    station = run.station
-    given = station.infrastructure
-    assert "cube" in station.cell.entities
-    assert "cube" not in given["cell"].entities
-    assert given["judged"]["cell"] is station.cell
-    assert given["cell"] is not station.cell
-    assert given["arm"] is station.arm
-    assert given["arm"].robot is not station.robot

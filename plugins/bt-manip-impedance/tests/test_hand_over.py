@@ -142,6 +142,8 @@ def test_the_tool_points_along_the_object_at_the_end_that_is_not_held(end, half_
     turned = R @ np.diag([-1.0, -1.0, 1.0]) if half_turn else R
     leaf.T_wt = pin.SE3(turned @ pin.exp3(np.array([0.2, 0.1, 0.3])), np.zeros(3))
     FindFreeEnd.start(leaf)
+    default = FindFreeEnd(object="bar", pose="{pose}")
+    assert (default.inset, default.distance) == (0.01, 0.1)
     assert leaf.pose.rotation == pytest.approx(turned)
     assert leaf.pose.translation == pytest.approx(T_wo.translation + (0.1 + 0.05) * outwards)
 

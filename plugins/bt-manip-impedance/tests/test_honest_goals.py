@@ -27,7 +27,7 @@ def inserted():
         cell.add(Table(), spatial.pose((0.0, 0.0, 0.0)))
         cell.add(HoleBoard(), spatial.pose((0.0, 0.0, TOP)), name="board")
         cell.add(Peg(), spatial.pose((0.0, 0.0, TOP + 0.1)), name="peg", overlap=1.0)
-    condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
+    condition = IsInserted("inserted", object="peg", socket="board")
     tree = Tree(condition)
     tree.setup(cell=cell)
 

@@ -107,7 +107,7 @@ def test_the_peg_is_lowered_pressed_moved_on_a_spiral_and_pushed_where_it_caught
     for name in ("move_to_pose", "move_linear", "move_path"):
         monkeypatch.setattr(arm, name, lambda *given, **more: moves.append((*given, more)))
     top, at = extent(station.cell, "board")[1][2], station.cell.pose("board").translation
-    leaf = Insert("insert", object="peg", socket="board", search=0.004, speed=0.3)
+    leaf = Insert("insert", object="peg", socket="board", search=0.004)
     tree = Tree(leaf, clock=station.clock)
     tree.setup(**station.infrastructure)
 
@@ -141,7 +141,7 @@ def test_the_peg_is_lowered_pressed_moved_on_a_spiral_and_pushed_where_it_caught
     T, given = tick(0.0016)
     caught = station.cell.pose("peg").act(np.array([0.0, 0.0, -0.045]))
     assert bottom(T)[0] == pytest.approx((*caught[:2], top - 0.03), abs=5e-4)
-    assert given == {"speed": 0.3, "contact": True}
+    assert given == {"speed": 0.1, "contact": True}
     assert (tick(0.0279), tick(0.0281)) == (NodeStatus.RUNNING, NodeStatus.SUCCESS)
 
 

@@ -55,13 +55,13 @@ def test_the_gripper_moves_over_the_handle_of_a_turned_drawer_and_then_down(
     station = at_the_handle(held=False)
     T_wd = station.cell.pose("drawer") * TURN
     monkeypatch.setattr(station.cell, "pose", lambda name: T_wd)
-    leaf = ReachHandle("reach", object="drawer", speed=0.6)
+    leaf = ReachHandle("reach", object="drawer")
     leaf.setup(**station.infrastructure)
     leaf.start()
     leaf.arrived()
     (over, given), (down, slowly) = moves
     handle = T_wd.act(np.array([-0.15 - 0.04, 0.0, 0.06]))
-    assert given == {"speed": 0.6, "approach": 0.12} and slowly == {"speed": 0.6}
+    assert given == {"speed": 1.0, "approach": 0.12} and slowly == {"speed": 1.0}
     for T, side in zip(over, (1.0, -1.0), strict=True):
         assert T.translation == pytest.approx(handle + (0.0, 0.0, 0.12))
         assert T.rotation[:, 0] == pytest.approx(side * T_wd.rotation[:, 0])
