@@ -294,6 +294,7 @@ ARGUED = {
     "digits[-1].geoms[-1]])": "the tip of any finger stands for those of all",
     "np.array([0.299, 0.587, 0.114])": "grey of pictures that are black and white",
     'declared["colour"], default=': "a colour",
+    '"fatol": 0.001': "the other tolerance decides when the search ends",
     'self._awaited, self._since = "", 1.0': "it is set when something is awaited",
     "(self.inset - self.distance) / towards": "the sign is 1 or -1",
     "_REACH = 0.6": "larger than any body of a gripper",

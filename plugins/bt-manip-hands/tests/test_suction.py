@@ -289,6 +289,11 @@ def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
     (tmp_path / "arm.toml").write_text(arm + tool + 'actuator = "vacum"\n')
     with pytest.raises(RobotError, match="no adhesion actuator 'vacum'; did you mean 'vacuum'"):
         Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
+    (tmp_path / "arm.toml").write_text(arm + tool)
+    cup = (tmp_path / "cup.xml").read_text().replace("<geom", '<geom contype="0" conaffinity="0"')
+    (tmp_path / "cup.xml").write_text(cup)
+    with pytest.raises(RobotError, match="the cup '.*pad' has no collision geometry"):
+        Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
 
 
 def test_a_file_and_python_say_the_same():

@@ -54,7 +54,8 @@ class Cup:
         hollow: Whether round faces reach into it.
 
     Raises:
-        RobotError: If the model lacks the described actuator, or has several and none is named.
+        RobotError: If the model lacks the described actuator, has several and none is named, or the
+            cup has no collision geometry.
     """
 
     def __init__(self, robot: Robot, parameters: SuctionParameters) -> None:
@@ -158,4 +159,7 @@ def _measure(robot: Robot, body: Any) -> float:
     T_wc, T_wb = (spatial.pose(data.xpos[b], data.xquat[b]) for b in (number, tool))
     T_wt = T_wb * site_pose(model, robot.tool_site)
     surface = BodySurface(model, number).beyond(T_wt.actInv(T_wc), -np.inf)
+    if not len(surface):
+        where, name = robot.description.where, model.body(number).name
+        raise RobotError(f"{where}: the cup '{name}' has no collision geometry")
     return float(np.ptp(surface, axis=0)[:2].min())
