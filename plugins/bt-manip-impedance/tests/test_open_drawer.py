@@ -57,9 +57,10 @@ def test_the_gripper_moves_over_the_handle_of_a_turned_drawer_and_then_down(
     monkeypatch.setattr(station.cell, "pose", lambda name: T_wd)
     leaf = ReachHandle("reach", object="drawer")
     leaf.setup(**station.infrastructure)
-    leaf.start()
-    leaf.arrived()
-    (over, given), (down, slowly) = moves
+    for begin in (leaf.start, leaf.begin_again, leaf.arrived, leaf.begin_again):
+        begin()
+    (over, given), over_again, (down, slowly), down_again = moves
+    assert over_again[1] == given and down_again[1] == slowly  # after it was blocked
     handle = T_wd.act(np.array([-0.15 - 0.04, 0.0, 0.06]))
     assert given == {"speed": 1.0, "approach": 0.12} and slowly == {"speed": 1.0}
     for T, side in zip(over, (1.0, -1.0), strict=True):
@@ -69,12 +70,6 @@ def test_the_gripper_moves_over_the_handle_of_a_turned_drawer_and_then_down(
     assert down.translation == pytest.approx(handle)
     assert down.rotation[:, 2] == pytest.approx((0.0, 0.0, -1.0))
     assert down.rotation[:, 0] @ station.robot.tool_pose.rotation[:, 0] > 0.0  # the nearer one
-
-
-def test_the_motion_that_was_blocked_is_the_one_that_is_made_again():
-    motions = {"start": "over", "_move_down": "down", "begin_motion": lambda motion: motion}
-    for phase in ("over", "down"):
-        assert ReachHandle.begin_again(SimpleNamespace(_phase=phase, **motions)) == phase
 
 
 def test_a_drawer_is_open_after_it_has_been_pulled(at_the_handle):
