@@ -70,7 +70,7 @@ def test_palm_thumb_and_postures_of_a_hand_are_found(hand_models, side):
 
 
 def small_hand(palm: str, wrist: str = "") -> mujoco.MjModel:
-    """Return a turned hand with two fingers and a thumb of 9 cm, and its palm at a position."""
+    """Return a turned hand with two fingers and a thumb of 9 cm, and its palm, if any, there."""
     digits = ""
     for name, x, y, axis in (("f", -0.02, 0.04, "1 0 0"), ("g", 0.02, 0.04, "1 0 0"),
                              ("thumb", 0.0, -0.04, "-1 .2 0")):  # fmt: skip
@@ -83,7 +83,7 @@ def small_hand(palm: str, wrist: str = "") -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="radian"/><worldbody>
       <body name="arm"><joint name="turn"/><geom size="0.01"/>
         <body name="palm" pos="0.1 0.2 0.3" euler="0.3 0.2 0.1">{wrist}
-          <geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>{digits}</body></body></worldbody>
+          {f'<geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>' if palm else ""}{digits}</body></body></worldbody>
       <actuator><motor joint="f1" ctrlrange="-.4 .4"/><motor joint="thumb2" ctrlrange="-.2 .2"/>
       </actuator></mujoco>""")
 
@@ -111,6 +111,7 @@ def test_a_hand_opens_by_its_width_and_closes_in_front_of_a_palm_that_is_not_bes
     assert found.T_bt.rotation[:, 2] == pytest.approx([0.0, 0.0, 1.0], abs=0.1)
     assert found.T_bt.translation == pytest.approx([0.0, 0.0, 0.1], abs=0.02)
     assert given["max_width"] == 0.075  # 9 cm are too wide for these fingers
+    assert find_hand(small_hand(""), ["turn"]).parameters == given  # without geoms of a palm
     for palm in ("0 0.3 0.1", "0 -0.3 0.1"):  # beside it
         assert find_hand(small_hand(palm), ["turn"]) is None
 
