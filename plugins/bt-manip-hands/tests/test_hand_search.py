@@ -80,10 +80,11 @@ def small_hand(palm: str, wrist: str = "") -> mujoco.MjModel:
           <body pos="0 0 0.05"><joint name="{name}2" axis="{axis}" range="-0.3 1.3"/>
             <geom type="capsule" size="0.007" fromto="0 0 0 0 0 0.02"/>
             <geom name="{name}_tip" size="0.01" pos="0 0 0.04"/></body></body>"""
+    plate = f'<geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>' if palm else ""
     return mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="radian"/><worldbody>
       <body name="arm"><joint name="turn"/><geom size="0.01"/>
         <body name="palm" pos="0.1 0.2 0.3" euler="0.3 0.2 0.1">{wrist}
-          {f'<geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>' if palm else ""}{digits}</body></body></worldbody>
+          {plate}{digits}</body></body></worldbody>
       <actuator><motor joint="f1" ctrlrange="-.4 .4"/><motor joint="thumb2" ctrlrange="-.2 .2"/>
       </actuator></mujoco>""")
 
