@@ -117,7 +117,8 @@ def test_a_built_cup_is_as_wide_and_long_as_described_with_its_lip_at_the_tool(s
     radius, half, _ = model.geom_size[round_].T
     assert radius == pytest.approx((np.hypot(*at[0, :2]), 0.015, 0.0045))  # a thin stem
     skirt, bell, stem = zip(ends + half, ends - half, strict=True)
-    assert skirt == pytest.approx((-0.0015, bell[0]))  # no gaps down to the length of 6 cm
+    # A ball reaches in by half a radius. There are no gaps down to the length of 6 cm.
+    assert (*skirt, bell[0]) == pytest.approx((-0.0015, -0.0105, -0.0105))
     assert (bell[1], stem[1]) == pytest.approx((stem[0], -0.06))
     assert bell[0] - bell[1] == pytest.approx(0.015)  # half a diameter
     assert model.body_mass[model.geom_bodyid[lip[0]]] == pytest.approx(8 * 1e-3 + 0.015 + 0.03)
