@@ -253,9 +253,7 @@ class SeeObjects(LookingBehaviour):
     objects = ObjectInput(
         list[str], default=[], doc="Names, patterns or kinds (kind:cube) of the objects."
     )
-    timeout = Input(
-        float, default=1.0, doc="Simulated time after which it fails [s].", at_least=0.0
-    )
+    timeout = WaitUntilSeen.timeout
     seen = Output(list[str], doc="Names of the objects that were seen in the last frame.")
 
     adds_objects = ("*",)
@@ -391,7 +389,7 @@ class LookAt(MotionBehaviour):
         T_ct = self._on_tool().inverse()
         away = (self.T_wt * T_ct.inverse()).translation - target
         ahead = np.arctan2(away[1], away[0])
-        failed: Exception | None = None
+        failed = []
         for elevation in np.radians(ELEVATIONS):
             poses = []
             for turn in np.radians((0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)):
@@ -403,12 +401,10 @@ class LookAt(MotionBehaviour):
                     for roll in np.radians((0.0, 90.0, 180.0, 270.0))
                 ]
             try:
-                self.arm.move_to_pose(poses)
-                return
+                return self.arm.move_to_pose(poses)
             except MotionError as error:
-                failed = error
-        assert failed is not None
-        raise failed
+                failed.append(error)
+        raise failed[-1]
 
 
 def chosen_camera(name: str, cameras: Mapping[str, DepthCamera]) -> tuple[str, DepthCamera]:

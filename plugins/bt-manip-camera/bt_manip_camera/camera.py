@@ -16,7 +16,7 @@ from bt_manip.parameters import Parameter
 from .detections import Detections
 from .frame import Frame, difference, focal_length
 from .noise import PARAMETERS, DepthErrors
-from .renderer import KeptRenderer
+from .renderer import KeptRenderer, check_opengl
 
 MAX_PIXELS = 8192
 """Maximum width and height of images, a common limit of graphics cards."""
@@ -164,6 +164,7 @@ class DepthCamera(ParametricEntity):
         T_wc, site = self._pose(robots)
         assert self._model is not None
         if self._renderer is None:
+            check_opengl()
             self._renderer = KeptRenderer(self.width, self.height)
         number = camera_number(self._model, self.eye.full_identifier)
         colour, depth = self._renderer.render(self._model, self._data, number, site)

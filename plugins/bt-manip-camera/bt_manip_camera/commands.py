@@ -1,6 +1,5 @@
 """``bt-manip camera``: calibrate a camera, and check a calibration."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -24,49 +23,42 @@ def camera() -> None:
     """Calibrate a camera on a hand, or a fixed one, and check a calibration."""
 
 
-def _options(command: Callable[..., Any]) -> Callable[..., Any]:
-    for option in reversed(
-        (
-            click.option(
-                "--scene",
-                default="table_with_tag",
-                show_default=True,
-                metavar="S",
-                shell_complete=complete_part("scenes"),
-                help="Scene with the camera, and an april_tag if it is on a hand: a name, or path.",
-            ),
-            click.option(
-                "--robot",
-                default="panda",
-                show_default=True,
-                metavar="R",
-                shell_complete=complete_part("robots"),
-                help="Robot to use.",
-            ),
-            click.option(
-                "--camera",
-                "name",
-                default="",
-                metavar="C",
-                help="Name of the camera.  [default: the only one]",
-            ),
-            click.option(
-                "--views",
-                type=click.IntRange(min=5),
-                default=12,
-                show_default=True,
-                metavar="N",
-                help="Number of configurations from which the tag is looked at.",
-            ),
-            click.option("--seed", default=0, show_default=True, metavar="S", help="Seed."),
-        )  # fmt: skip
-    ):
-        command = option(command)
-    return command
+OPTIONS: list[click.Parameter] = [
+    click.Option(
+        ["--scene"],
+        default="table_with_tag",
+        show_default=True,
+        metavar="S",
+        shell_complete=complete_part("scenes"),
+        help="Scene with the camera, and an april_tag if it is on a hand: a name, or path.",
+    ),
+    click.Option(
+        ["--robot"],
+        default="panda",
+        show_default=True,
+        metavar="R",
+        shell_complete=complete_part("robots"),
+        help="Robot to use.",
+    ),
+    click.Option(
+        ["--camera", "name"],
+        default="",
+        metavar="C",
+        help="Name of the camera.  [default: the only one]",
+    ),
+    click.Option(
+        ["--views"],
+        type=click.IntRange(min=5),
+        default=12,
+        show_default=True,
+        metavar="N",
+        help="Number of configurations from which the tag is looked at.",
+    ),
+    click.Option(["--seed"], default=0, show_default=True, metavar="S", help="Seed."),
+]
 
 
-@camera.command()
-@_options
+@camera.command(params=OPTIONS)
 def calibrate(**options: Any) -> int:
     """Find where a camera is, on its robot's tool or fixed, from a tag that it sees.
 
@@ -90,8 +82,7 @@ def calibrate(**options: Any) -> int:
     return SUCCESS
 
 
-@camera.command()
-@_options
+@camera.command(params=OPTIONS)
 def check(**options: Any) -> int:
     """Check that the description of a camera still fits.
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from bt_manip.cell import CellError, as_object
 from bt_manip_stress import Fault, FaultError, parameter
 
 from .camera import DepthCamera, depth_cameras
+from .noise import DepthErrors
 
 NEAR = 0.12
 """Depth of what covers a camera [m]."""
@@ -50,9 +50,8 @@ class CameraMoved(_CameraFault):
 
     def begin(self) -> None:
         """Change what is believed of it, in a random direction."""
-        drawn = self.context.rng.normal(size=(2, 3))
-        along, about = drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
-        moved = pin.SE3(pin.exp3(np.radians(self.angle) * about), self.distance * along)
+        errors = DepthErrors(calibration_distance=self.distance, calibration_angle=self.angle)
+        moved = errors.calibration_error(self.context.rng)
         self.set("miscalibration", lambda one: one.miscalibration * moved)
 
 

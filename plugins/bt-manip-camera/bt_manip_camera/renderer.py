@@ -1,18 +1,14 @@
 """A renderer that is kept when objects are added and removed."""
 
-import os
-import warnings
 import weakref
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 import mujoco
 import numpy as np
 
-from bt_manip.cell import NoOpenGLError
+from bt_manip.cell import FrameRenderer
 
-_OFF = ("disable", "disabled", "off", "false", "0")  # values of MUJOCO_GL
 _UPLOADED = (
     "tex_data", "mesh_vert", "mesh_normal", "mesh_texcoord", "mesh_face", "hfield_data",
     "skin_vert", "flex_vert",
@@ -37,17 +33,13 @@ class KeptRenderer:
 
     Attributes:
         contexts: The graphics contexts that it has, the last used one last.
-
-    Raises:
-        NoOpenGLError: If no OpenGL backend works.
     """
 
     def __init__(self, width: int, height: int) -> None:
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._model: mujoco.MjModel | None = None
         self._option = mujoco.MjvOption()
-        with _explaining():
-            self._gl = mujoco.GLContext(width, height)
+        self._gl = mujoco.GLContext(width, height)
         self.contexts: dict[int, mujoco.MjrContext] = {}
         self.close = weakref.finalize(self, _free, self._gl, self.contexts)  # also at exit
         """Free the graphics context."""
@@ -93,8 +85,7 @@ class KeptRenderer:
 
     def _show(self, model: mujoco.MjModel) -> None:
         """Prepare a model for rendering."""
-        with _explaining():
-            self._gl.make_current()
+        self._gl.make_current()
         if self._model is model:
             return
         key = 0
@@ -117,8 +108,7 @@ class KeptRenderer:
         quality.shadowsize, quality.offsamples = 16, 0  # the minimum of a context
         size.offwidth, size.offheight = self._rect.width, self._rect.height
         try:
-            with _explaining():
-                context = mujoco.MjrContext(model, int(mujoco.mjtFontScale.mjFONTSCALE_50))
+            context = mujoco.MjrContext(model, int(mujoco.mjtFontScale.mjFONTSCALE_50))
         finally:
             quality.shadowsize, quality.offsamples, size.offwidth, size.offheight = kept
         context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
@@ -140,28 +130,8 @@ def check_opengl() -> None:
     Raises:
         NoOpenGLError: If no OpenGL backend works.
     """
-    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")
-    renderer = KeptRenderer(16, 16)
-    renderer.render(model, mujoco.MjData(model), 0)
-    renderer.close()
-
-
-@contextmanager
-def _explaining() -> Iterator[None]:
-    """Raise a `NoOpenGLError` in place of the errors of OpenGL backends, each of its own type."""
-    backend = os.environ.get("MUJOCO_GL") or "unset"
-    remedy = "without a display, MUJOCO_GL=egl or MUJOCO_GL=osmesa renders where it is installed"
-    if backend.strip().lower() in _OFF:
-        raise NoOpenGLError(f"cameras see nothing with MUJOCO_GL {backend}; {remedy}")
-    try:
-        with warnings.catch_warnings():  # the error replaces GLFW's warnings
-            warnings.simplefilter("ignore")
-            yield
-    except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
-        raise NoOpenGLError(
-            f"cameras see nothing with MUJOCO_GL {backend} ({text}); {remedy}"
-        ) from error
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    FrameRenderer(model, 1, 1).close()
 
 
 def _metres(model: mujoco.MjModel, buffer: np.ndarray) -> np.ndarray:

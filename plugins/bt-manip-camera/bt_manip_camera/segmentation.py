@@ -197,15 +197,14 @@ def _cluster(
         v, u = np.nonzero(plane)
         v, u = r0 + 2 * v, c0 + 2 * u
         error = frame.depth[v, u] - (surface - eye[2]) / rays[v, u, 2]
-        centred = np.column_stack([np.ones(len(u)), u - columns.mean(), v - rows.mean()])
+        centred, own = (
+            np.column_stack([np.ones(len(x)), x - columns.mean(), y - rows.mean()])
+            for x, y in ((u, v), (columns, rows))
+        )
         fit = np.linalg.lstsq(centred, error, rcond=None)[0]
         rest = error - centred @ fit
         kept = np.abs(rest) < 2.5 * np.std(rest) + 1e-9
-        fit = np.linalg.lstsq(centred[kept], error[kept], rcond=None)[0]
-        wrong = np.column_stack(
-            [np.ones(len(rows)), columns - columns.mean(), rows - rows.mean()]
-        ) @ fit  # fmt: skip
-        depth = depth - wrong
+        depth = depth - own @ np.linalg.lstsq(centred[kept], error[kept], rcond=None)[0]
     at = eye + rays[rows, columns] * depth[:, None]
     z = at[:, 2] - surface
     noise = DEPTH_NOISE * (np.median(depth) / 0.65) ** 2

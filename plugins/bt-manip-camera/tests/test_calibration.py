@@ -173,24 +173,26 @@ def test_a_fixed_camera_is_found_from_a_tag_on_the_hand(library, parts, monkeypa
     scene = replace(scene, objects=(*table, SceneObject("depth_camera", "eye", T_WC, off)))
     held = []
     monkeypatch.setattr(calibration, "hold_tag", lambda *given: held.append(given) or hold(*given))
-    found, believed, pixels = commands.find_calibration(scene, "panda", "", views=8, seed=0)
+    found, believed, pixels = commands.find_calibration(scene, "panda", "", views=5, seed=0)
     distance, angle = difference(found.T_gc, T_WC)
-    assert found.views == 8 and distance < 1e-3 and np.degrees(angle) < 0.2
+    assert found.views == 5 and distance < 1e-3 and np.degrees(angle) < 0.2
     assert difference(believed, T_WC) == pytest.approx((5e-3, 0.0), abs=1e-9)
     assert found.T_wt.isApprox(pose((0.07, 0.0, -0.05), (0.5,) * 4), 5e-3)
     assert pixels == pytest.approx(found.residual * 240.0 / np.tan(np.radians(25.0)))
     assert pixels < 1.0 and held[0][1:] == (0, 0.06)
+    with pytest.raises(CellError, match="has one april_tag, not 0"):
+        commands.find_calibration("table_seen", "panda", "", views=5, seed=0)
 
 
 def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(library, monkeypatch):
     monkeypatch.setattr(commands, "find_calibration", cache(commands.find_calibration))
-    ran = CliRunner().invoke(commands.camera, ["calibrate", "--views", "8"], standalone_mode=False)
+    ran = CliRunner().invoke(commands.camera, ["calibrate", "--views", "6"], standalone_mode=False)
     keys = tomllib.loads(ran.output)
     np.testing.assert_allclose(keys["position"], (0.07, 0.0, -0.06), atol=1e-3)
     off = np.diag([1.0, -1.0, -1.0]) @ pin.rpy.rpyToMatrix(np.array(keys["rpy"]))
     assert np.degrees(np.linalg.norm(pin.log3(off))) < 0.2  # it looks along the tool's z axis
     assert re.search(r"# (4.9|5.[01]) mm and (0.9|1.0). degrees from the description", ran.output)
-    ran = CliRunner().invoke(commands.camera, ["check", "--views", "8"], standalone_mode=False)
+    ran = CliRunner().invoke(commands.camera, ["check", "--views", "6"], standalone_mode=False)
     assert ran.return_value == 1
     assert ran.output.startswith("it does not fit any more: ")
 
@@ -201,8 +203,13 @@ def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(libr
 )
 def test_a_description_fits_within_2_mm_and_half_a_degree(monkeypatch, distance, degrees, fits):
     off = pin.SE3(pin.exp3(np.array([0.0, np.radians(degrees), 0.0])), np.array([distance, 0, 0]))
-    found = SimpleNamespace(T_gc=T_GC * off, views=6)
-    monkeypatch.setattr(commands, "find_calibration", lambda **options: (found, T_GC, 0.1))
+    found, given = SimpleNamespace(T_gc=T_GC * off, views=6), {}
+    monkeypatch.setattr(
+        commands, "find_calibration", lambda **options: given.update(options) or (found, T_GC, 0.1)
+    )
     ran = CliRunner().invoke(commands.camera, ["check"], standalone_mode=False)
     assert ran.return_value == (0 if fits else 1)
     assert ran.output.startswith("it fits: " if fits else "it does not fit any more: ")
+    expected = {"scene": "table_with_tag", "robot": "panda", "name": "", "views": 12, "seed": 0}
+    assert given == expected
+    assert CliRunner().invoke(commands.camera, ["check", "--views", "4"]).exit_code == 2

@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.cell import Cell, CellError, NoOpenGLError, looking_at
-from bt_manip.cell.objects import Cube
+from bt_manip.cell.objects import ConvexMesh, Cube
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
 
@@ -21,34 +21,24 @@ def rng():
     return np.random.default_rng(0)
 
 
-def rays_of(cell, camera, frame):
-    """Give pixels at random, with the distance along the axis that MuJoCo's ray casting finds."""
-    rng = np.random.default_rng(1)
-    rays = frame.rays()
-    geom = np.zeros(1, np.int32)
-    for v, u in rng.integers(0, (camera.height, camera.width), (60, 2)):
-        along = frame.T_wc.rotation @ rays[v, u]
-        length = np.linalg.norm(along)
-        away = mujoco.mj_ray(
-            cell.model, cell.data, frame.T_wc.translation, along / length, None, 1, -1, geom
-        )
-        yield v, u, away / length
-
-
-def test_depth_is_what_rays_meet(see, rng):
+def test_depth_is_what_rays_meet_and_colour_that_of_a_camera_of_the_cell(see, rng, parts):
     cell, camera = see(width=160, height=120, **PERFECT)
-    frame = camera.expose(rng)
-    found = [(frame.depth[v, u], d) for v, u, d in rays_of(cell, camera, frame)]
-    measured, expected = np.array(found).T
-    close = np.abs(measured - expected) < 5e-4
-    assert close.mean() > 0.95  # the others are at edges
-
-
-def test_colour_is_that_of_a_camera_of_the_cell(see, rng, parts):
-    cell, camera = see(width=160, height=120)
+    frame, geom, gaps = camera.expose(rng), np.zeros(1, np.int32), []
+    rays = frame.rays() @ frame.T_wc.rotation.T
+    for v, u in rng.integers(0, (120, 160), (60, 2)):
+        away = mujoco.mj_ray(
+            cell.model, cell.data, frame.T_wc.translation, rays[v, u], None, 1, -1, geom
+        )
+        gaps.append(abs(frame.depth[v, u] - away))  # of rays that are 1 deep
+    assert np.mean(np.array(gaps) < 5e-4) > 0.95  # the others are at edges
+    camera.close()  # the next image has a new renderer
+    camera.disturb = lambda depth, colour, rng: (2.0 * depth, 255 - colour)
+    disturbed = camera.expose(rng)
+    np.testing.assert_array_equal(disturbed.depth, 2.0 * frame.depth)
+    np.testing.assert_array_equal(disturbed.colour, 255 - frame.colour)
     other = parts.objects.create("camera", width=160, height=120, fovy=50.0)
     cell.add(other, cell.pose("camera"), name="other", free=False)
-    np.testing.assert_array_equal(camera.expose(rng).colour, other.rgb())
+    np.testing.assert_array_equal(frame.colour, other.rgb())
     other.close()
 
 
@@ -99,13 +89,18 @@ def test_the_renderer_is_kept_when_objects_come_and_go(see):
     cell, camera = see(width=80, height=60)
     fresh = DepthCamera(width=80, height=60)
     seen, kept = [camera.render()[0]], []
-    for _ in range(3):
+    for _ in range(2):
         cell.add(Cube(size=0.04), pose((0.1, 0.1, 1.2)), name="another")
         seen.append(camera.render()[0])
         cell.remove("another")
         seen.append(camera.render()[0])
         kept.append(list(camera.contexts.values()))
-    assert kept[0] == kept[1] == kept[2] and len(kept[0]) == 2  # with and without its texture
+    assert kept[0] == kept[1] and len(kept[0]) == 2  # with and without its texture
+    cell.add(ConvexMesh(), pose((0.1, 0.1, 1.2)), name="mesh")
+    camera.render()
+    assert len(camera.contexts) == 2  # the one without the cube is gone
+    cell.remove("mesh")
+    seen.append(camera.render()[0])
     np.testing.assert_array_equal(seen[0], seen[-1])
     assert not np.array_equal(seen[0], seen[1])
     cell.add(fresh, cell.pose("camera"), name="fresh", free=False)
@@ -126,12 +121,7 @@ def test_a_camera_outside_a_cell_and_without_opengl_says_so(monkeypatch, rng):
     with pytest.raises(CellError, match="camera 'depth_camera' is not in a cell yet"):
         camera.expose(rng)
     cell.add(camera, pose((0.0, 0.0, 1.0)), name="camera", free=False)
-    with pytest.raises(NoOpenGLError, match="nothing with MUJOCO_GL disable; .*MUJOCO_GL=egl"):
+    with pytest.raises(
+        NoOpenGLError, match="nothing can be drawn with MUJOCO_GL disable; .*MUJOCO_GL=egl"
+    ):
         camera.expose(rng)
-
-
-def test_the_same_seed_gives_the_same_bits(see):
-    _, camera = see(width=160, height=120)
-    one, other, third = (camera.expose(np.random.default_rng(s)) for s in (3, 3, 4))
-    np.testing.assert_array_equal(one.depth, other.depth)
-    assert not np.array_equal(one.depth, third.depth)

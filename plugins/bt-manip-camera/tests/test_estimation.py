@@ -10,7 +10,7 @@ from bt_manip.spatial import pose
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, fit_pose, why_not
 from bt_manip_camera.segmentation import Cluster, find_clusters
 
-from .test_cast_frames import painted
+from .test_segmentation import painted
 
 BOX = KnownObject("box", "box", (0.06, 0.04, 0.05))
 

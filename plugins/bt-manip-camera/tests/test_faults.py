@@ -10,27 +10,24 @@ from bt_manip.bt import Sleep, Tree
 from bt_manip.spatial import pose
 from bt_manip_camera import faults
 from bt_manip_camera.camera import DepthCamera
+from bt_manip_camera.frame import difference
 from bt_manip_stress import FaultContext, FaultError, parse_fault
 
 
-class _Station:
-    """As much of a station as faults of cameras read."""
+def context(seed=1, **cameras):
+    """Return the context of faults in a cell that has cameras only."""
+    station = SimpleNamespace(cell=SimpleNamespace(entities=cameras))
+    return FaultContext(station, None, None, np.random.default_rng(seed))
 
-    def __init__(self, cell):
-        self.cell = cell
 
-
-def test_a_moved_camera_is_believed_elsewhere(see):
-    cell, camera = see(width=32, height=24, calibration_distance=0.1)
-    fault, believed = faults.CameraMoved(), []
-    context = FaultContext(_Station(cell), None, None, np.random.default_rng(1))
-    for change in (lambda: None, lambda: fault.start(context), fault.end):
-        change()
-        believed.append(camera.expose(np.random.default_rng(0)).T_wc)
-    off = believed[0].actInv(believed[1])
-    assert np.linalg.norm(off.translation) == pytest.approx(5e-3)
-    assert np.degrees(np.arccos((np.trace(off.rotation) - 1) / 2)) == pytest.approx(1.0)
-    assert believed[0] == believed[2]
+def test_a_moved_camera_is_believed_elsewhere():
+    camera, fault = DepthCamera(calibration_distance=0.1), faults.CameraMoved()
+    before = camera.miscalibration
+    fault.start(context(eye=camera))
+    off = difference(before, camera.miscalibration)
+    assert off == pytest.approx((5e-3, np.radians(1.0)))
+    fault.end()
+    assert camera.miscalibration is before
 
 
 def disturbances(fault, seeds=1, **parameters):
@@ -40,8 +37,7 @@ def disturbances(fault, seeds=1, **parameters):
     made = []
     for seed in range(seeds):
         one = fault(**parameters)
-        station = _Station(SimpleNamespace(entities={"eye": camera}))
-        one.start(FaultContext(station, None, None, np.random.default_rng(seed)))
+        one.start(context(seed, eye=camera))
         made.append(camera.disturb(depth, colour, rng))
         one.end()
         assert camera.disturb is None
@@ -83,16 +79,17 @@ def test_nothing_is_seen_in_the_dark():
     assert not depth.any() and not colour.any() and depth.shape == (80, 120)
 
 
-def test_frames_arrive_late_from_a_camera_that_is_there(see):
-    cell, camera = see()
-    context = FaultContext(_Station(cell), None, None, np.random.default_rng(1))
-    fault = faults.CameraDelay()
-    fault.start(context)
-    assert camera.delay == 0.3
-    fault.end()
-    assert camera.delay == 0.03
-    with pytest.raises(FaultError, match="there is no camera 'left'"):
-        faults.LightsOut(camera="left").start(context)
+def test_frames_arrive_late_from_the_named_camera_or_from_all():
+    cameras = {"left": DepthCamera(), "right": DepthCamera(), "thing": None}
+    for name, late in (("left", (0.3, 0.03)), ("right", (0.03, 0.3)), ("", (0.3, 0.3))):
+        fault = faults.CameraDelay(camera=name)
+        fault.start(context(**cameras))
+        assert (cameras["left"].delay, cameras["right"].delay) == late
+        fault.end()
+        assert (cameras["left"].delay, cameras["right"].delay) == (0.03, 0.03)
+    for name, given, why in (("up", cameras, "there is no camera 'up'"), ("", {}, "no camera")):
+        with pytest.raises(FaultError, match=why):
+            faults.LightsOut(camera=name).start(context(**given))
 
 
 def test_a_look_alike_stands_within_reach(opengl, parts):
@@ -106,12 +103,3 @@ def test_a_look_alike_stands_within_reach(opengl, parts):
     assert station.first.reach.reaches(station.cell, "cube_alike")
     fault.end()
     assert "cube_alike" not in station.cell.entities
-
-
-def test_a_fault_is_that_of_the_named_camera_or_of_all():
-    left, right = DepthCamera(), DepthCamera()
-    cell = SimpleNamespace(entities={"left": left, "right": right, "thing": None})
-    for name, expected in (("left", [left]), ("right", [right]), ("", [left, right])):
-        fault = faults.CameraDelay(camera=name)
-        fault.context = FaultContext(_Station(cell), None, None, None)
-        assert fault.cameras() == expected

@@ -22,7 +22,7 @@ from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.sources import NetworkFrames, RecordedFrames, connect
 from tests.support.program import DEVICES
 
-from .test_cast_frames import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast
+from .test_segmentation import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast
 
 SMALL = SimpleNamespace(width=4, height=3, focal_length=5.0)
 DEPTH, COLOUR = np.arange(12.0).reshape(3, 4), np.arange(36, dtype=np.uint8).reshape(3, 4, 3)
@@ -112,11 +112,14 @@ def test_recorded_frames_come_in_the_order_of_their_names(tmp_path):
         np.savez(tmp_path / f"{number}.npz", depth=DEPTH + number, colour=COLOUR)
     np.savez(tmp_path / "3.npz", depth=np.array([{}]), colour=COLOUR)  # pickled
     np.savez(tmp_path / "4.npz", depth=DEPTH, colour=COLOUR[:2])
+    np.savez(tmp_path / "5.npz", depth=DEPTH.astype(int), colour=COLOUR)
     recorded = RecordedFrames(tmp_path, SMALL)
     assert [recorded()[0][0, 0] for _ in range(2)] == [1.0, 2.0]
     with pytest.raises(CellError, match=r"3\.npz: .*allow_pickle"):
         recorded()
     with pytest.raises(CellError, match=r"4\.npz: images of \(3, 4\) and \(2, 4, 3\)"):
+        recorded()
+    with pytest.raises(CellError, match=r"5\.npz: depths of int64 and colours of uint8"):
         recorded()
     with pytest.raises(CellError, match="no further frame"):
         recorded()
@@ -216,8 +219,3 @@ def test_what_cannot_be_a_source_is_refused_before_the_run(serve, tmp_path):
     }.items():
         with pytest.raises(BtManipError, match=why):
             connect(run, [text])
-
-
-def test_a_real_arm_without_frames_of_a_real_camera_is_refused(prepare_real):
-    with pytest.raises(BtManipError, match=r"a real robot needs frames of a real camera: --camera"):
-        prepare_real()

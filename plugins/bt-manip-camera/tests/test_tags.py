@@ -9,7 +9,7 @@ from bt_manip.cell import Cell, looking_at
 from bt_manip.exceptions import BtManipError
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
-from bt_manip_camera.tags import CODES, Tag, detect_tags, tag_detector
+from bt_manip_camera.tags import CODES, Tag, detect_tags, tag_detector, tag_image
 
 
 @pytest.fixture(scope="module")
@@ -17,26 +17,32 @@ def library():
     return pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
 
 
-def look(tags, eye=(0.3, -0.3, 1.5), target=(0.3, 0.0, 1.0)):
-    """Give a frame of tags, given by number, place and yaw."""
+def put(tags):
+    """Give a cell with tags, by number, place and yaw, and a camera over them."""
     cell, camera = Cell(), DepthCamera()
     with cell.editing():
-        for number, (x, y), yaw in tags:
-            at = pose((x, y, 1.0), (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)))
-            cell.add(Tag(number=number), at, name=f"tag_{number}", free=False)
-        cell.add(camera, looking_at(eye, target), name="camera", free=False)
-    return camera.expose(np.random.default_rng(0))
+        for number, place, yaw in tags:
+            cell.add(Tag(number=number), lying(place, yaw), name=f"tag_{number}", free=False)
+        at = looking_at((0.3, -0.3, 1.5), (0.3, 0.0, 1.0))
+        cell.add(camera, at, name="camera", free=False)
+    return cell, camera
+
+
+def lying(place, yaw):
+    return pose((*place, 1.0), (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)))
 
 
 def test_each_tag_has_its_number(library, opengl):
     number = len(CODES)
     places = [(0.1 + 0.1 * (i % 4), -0.15 + 0.1 * (i // 4)) for i in range(number)]
-    seen = detect_tags(look([(i, places[i], 0.3 * i) for i in range(number)]), 0.032)
+    _, camera = put([(i, places[i], 0.3 * i) for i in range(number)])
+    seen = detect_tags(camera.expose(np.random.default_rng(0)), 0.032)
     assert [one.number for one in seen] == list(range(number))
 
 
 def test_the_picture_of_a_tag_is_on_its_plate_and_its_top_is_the_frame():
-    cell, tag = Cell(), Tag(size=0.032)
+    cell, tag = Cell(), Tag()
+    assert tag_image(3).shape == (160, 160, 3)
     assert tag.rest_height == pytest.approx(2.1e-3)
     cell.add(tag, pose((0.0, 0.0, 1.0)), name="tag", free=False)
     plate, picture = (cell.model.geom(f"tag/{name}").id for name in ("plate", "picture"))
@@ -50,13 +56,16 @@ def test_the_picture_of_a_tag_is_on_its_plate_and_its_top_is_the_frame():
 @cache
 def tags_seen(number):
     """Give frames of a tag, with its position and yaw, which are random, and the camera's."""
-    rng, found = np.random.default_rng(3), []
+    rng, found, (cell, camera) = np.random.default_rng(3), [], put([(5, (0.3, 0.0), 0.0)])
     for _ in range(number):
         at, yaw = rng.uniform((0.2, -0.1), (0.4, 0.1)), rng.uniform(-np.pi, np.pi)
         elevation, azimuth = np.radians(rng.uniform(60, 90)), rng.uniform(-np.pi, np.pi)
         flat = np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])
         eye = (*at, 1.0) + 0.65 * np.append(flat, np.sin(elevation))
-        found.append((look([(5, at, yaw)], eye, (*at, 1.0)), at, yaw, eye))
+        target = (*(at + rng.uniform(-0.05, 0.05, 2)), 1.0)
+        cell.move("tag_5", lying(at, yaw))
+        cell.move("camera", looking_at(eye, target))
+        found.append((camera.expose(np.random.default_rng(0)), at, yaw, eye))
     return found
 
 

@@ -15,6 +15,7 @@ from bt_manip.robots import FoundGripper, Gripper, Robot, ensure_motors
 from bt_manip.toml import Key, TomlTable, documented, read_part
 
 from .hand_search import find_hand
+from .touch import add_touch_sensor
 from .wrap_grasps import WrapGraspGenerator, measure
 
 T = TypeVar("T", str, int)
@@ -27,7 +28,6 @@ CLOSING = "closing"
 STOPPED = "stopped"
 
 _DURATION = 0.8  # [s] to close from fully open to fully closed
-_REACH = 0.3  # [m] radius of the sensor zones, large enough for all contacts of a link
 _WRAP_STEADY_BAND = (0.8, 1.3)  # relative to the commanded force
 _WRAP_STEADY_TIME = 0.1  # [s] inside the band until the grip is steady
 _AT_POSTURE = 0.06  # [rad] largest deviation from the open posture of an open hand
@@ -96,7 +96,7 @@ class Hand(Gripper):
             for geom in body.find_all("geom", immediate_children_only=True):
                 # For geoms of equal priority MuJoCo uses the larger friction: that of the object.
                 geom.set_attributes(friction=(0.0, 0.01, 0.0), condim=4, priority=0)
-        self._sensors = [self._add_sensor(body) for body in self._thumb]
+        self._sensors = [add_touch_sensor(body, f"{body.name}_touch") for body in self._thumb]
         self._reset()
 
     @classmethod
@@ -108,14 +108,6 @@ class Hand(Gripper):
     def found_in(cls, model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
         """Return a hand found in a model."""
         return find_hand(model, arm_joints)
-
-    def _add_sensor(self, body: Any) -> Any:
-        # Group 5 is hidden in all viewers by default.
-        site = body.add(
-            "site", name=f"{body.name}_touch", type="sphere", size=(_REACH,), group=5,
-            rgba=(0, 0, 0, 0),
-        )  # fmt: skip
-        return body.root.sensor.add("touch", name=f"{body.name}_touch", site=site)
 
     @property
     def max_object_width(self) -> float:

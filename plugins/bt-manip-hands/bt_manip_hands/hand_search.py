@@ -159,7 +159,10 @@ def _best(
 
     ``size`` is the sum of the radii of two tips, and ``palm`` the centre of the palm [m].
     """
-    distance, nearest = np.array([_nearest(thumb.tips, tip) for tip in fingers.tips]).T
+    from scipy.spatial import KDTree  # takes a while, and each command loads this module
+
+    opposite = KDTree(thumb.tips)
+    distance, nearest = opposite.query(fingers.tips)
     near, far = (share * size for share in _MEETS)
     closed = np.flatnonzero((distance > near) & (distance < far))
     best: tuple[float, _Found] | None = None
@@ -169,18 +172,20 @@ def _best(
         away = middle - palm
         offset = fingers.tips - middle
         length = np.linalg.norm(offset, axis=1)
-        for k in np.flatnonzero(np.abs(length - 0.5 * (width + size)) < _NEAR).tolist():
-            y = offset[k] / length[k]
-            z = away - (away @ y) * y
-            behind = float(np.linalg.norm(z))
-            if behind < _BEHIND or abs(away @ y) > _ACROSS * np.linalg.norm(away):
-                continue
-            gap, m = _nearest(thumb.tips, middle - offset[k])
-            if gap > _NEAR:
-                continue
-            z /= behind
-            score = min(behind, 0.1) + _FRONT * z[2]
-            for one, number, sign in ((fingers, k, 1.0), (thumb, int(m), -1.0)):
+        along = offset / length[:, None]
+        across = along @ away
+        forward = away - across[:, None] * along
+        behind = np.linalg.norm(forward, axis=1)
+        fits = np.abs(length - 0.5 * (width + size)) < _NEAR
+        fits &= (behind >= _BEHIND) & (np.abs(across) <= _ACROSS * np.linalg.norm(away))
+        wide = np.flatnonzero(fits)
+        gaps, partners = opposite.query(middle - offset[wide])
+        for k, m in zip(
+            wide[gaps <= _NEAR].tolist(), partners[gaps <= _NEAR].tolist(), strict=True
+        ):
+            y, z = along[k], forward[k] / behind[k]
+            score = min(float(behind[k]), 0.1) + _FRONT * z[2]
+            for one, number, sign in ((fingers, k, 1.0), (thumb, m, -1.0)):
                 links = one.links[number] - middle
                 tip = one.tips[number] - middle
                 score -= 3.0 * max(0.0, float((links @ z).max() - tip @ z))  # tips in front
@@ -188,15 +193,8 @@ def _best(
                 score -= 3.0 * max(0.0, 0.5 * width - float(between.min()))  # no link between
             if best is None or score > best[0]:
                 R = np.column_stack([np.cross(y, z), y, z])
-                best = score, _Found((i, j), (k, int(m)), pin.SE3(R, middle))
+                best = score, _Found((i, j), (k, m), pin.SE3(R, middle))
     return None if best is None or best[0] < 0.0 else best[1]
-
-
-def _nearest(points: np.ndarray, to: np.ndarray) -> tuple[float, int]:
-    """Return the distance to the nearest point, and its index."""
-    squares = np.square(points - to).sum(axis=1)
-    number = int(squares.argmin())
-    return float(np.sqrt(squares[number])), number
 
 
 def _describe(

@@ -58,11 +58,15 @@ def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind):
             assert beside[0] == pytest.approx(beside[1], abs=1e-5)
 
 
-def test_a_cup_approaches_a_block_from_above_and_from_the_sides_but_not_from_below():
-    block, down = solid("box", 0.04, 0.04, 0.06), np.array([0.0, 0.0, -1.0])
+@pytest.mark.parametrize(("tilt", "lowest"), [(0.0, 0.0), (0.09, -0.09), (0.11, 0.0)])
+def test_a_cup_approaches_a_block_to_0_2_mm_but_not_from_below(tilt, lowest):
+    block, down = solid("box", 0.04, 0.03, 0.06), np.array([tilt, 0.0, -np.sqrt(1.0 - tilt**2)])
     found = CupGraspGenerator("block", [block], RADIUS, np.zeros(3)).candidates(down)
-    approaches = found.rotation[:, :, 2] @ down  # cosine of the approach and straight down
-    assert approaches.max() == pytest.approx(1.0) and approaches.min() == pytest.approx(0.0)
+    approach = found.rotation[:, :, 2]
+    cosines = approach @ down
+    assert (cosines.max(), cosines.min()) == pytest.approx((-down[2], lowest))
+    away = -np.sum(approach * found.position, axis=1)
+    assert away == pytest.approx(np.abs(approach) @ (0.04, 0.03, 0.06) + 0.2e-3, abs=1e-9)
     assert found.costs["curvature"] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -79,7 +83,7 @@ def test_a_ball_reaches_into_a_hollow_cup_and_costs_by_its_curvature():
         assert -away / distance[:, None] == pytest.approx(found.rotation[:, :, 2])
         assert found.costs["curvature"] == pytest.approx(0.3 * sag / (0.5 * RADIUS), abs=0.02)
         cosines = found.rotation[:, :, 2] @ down
-        assert len(found) == 17
+        assert len(found) == len(np.unique(found.position.round(6), axis=0)) == 17
         assert (cosines.min(), cosines.max()) == pytest.approx((0.0, 1.0), abs=1e-9)
     with pytest.raises(MotionError, match="no face that a cup of 24 mm seals on"):
         small = solid("sphere", 1.2 * RADIUS, at=at)  # too deep at the lip
@@ -124,15 +128,11 @@ def test_places_on_a_face_are_below_the_centre_of_mass_at_its_centroid_and_betwe
     }
 
 
-def test_a_cup_on_a_round_side_does_not_extend_beyond_its_ends():
-    half, com = 0.05, np.array([0.0, 0.0, 0.049])
-    found = places_on(solid("capsule", 0.03, half), com, RADIUS, np.array([1.0, 0.0, 0.0]))
-    sides = [point for point, normal in found if abs(normal[2]) < 1e-9]
-    assert sides and max(abs(point[2]) for point in sides) <= half - RADIUS
-
-
-def test_a_cup_on_a_round_side_is_beside_the_centre_of_mass():
-    shape, com = solid("capsule", 0.03, 0.05, at=(0.1, 0.0, 0.3)), np.array([0.1, 0.0, 0.31])
-    found = places_on(shape, com, RADIUS, np.array([1.0, 0.0, 0.0]))
-    sides = [point for point, normal in found if abs(normal[2]) < 1e-9]
-    assert np.array(sides)[:, 2] == pytest.approx(0.31)
+@pytest.mark.parametrize(("com", "height"), [(0.31, 0.31), (0.349, 0.35 - RADIUS - 2e-3)])
+def test_a_cup_on_a_round_side_is_beside_the_centre_of_mass_but_not_beyond_its_ends(com, height):
+    shape, up = solid("capsule", 0.03, 0.05, at=(0.1, 0.0, 0.3)), np.array([1.0, 0.0, 0.0])
+    found = places_on(shape, np.array([0.1, 0.0, com]), RADIUS, up)
+    sides = np.array([(*point, *normal) for point, normal in found if abs(normal[2]) < 1e-9])
+    assert sides[:, 2] == pytest.approx(height)
+    angles = np.degrees(np.arctan2(sides[:, 4], sides[:, 3]))
+    assert np.sort(angles) == pytest.approx((-90.0, -45.0, 0.0, 45.0, 90.0), abs=1e-6)

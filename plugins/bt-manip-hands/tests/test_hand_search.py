@@ -47,6 +47,13 @@ def test_palm_thumb_and_postures_of_a_hand_are_found(hand_models, side):
         gaps[posture] = fingers[1] - thumb[1]  # y points from the thumb to the fingers
         assert abs(fingers[2]) < 0.02 and abs(thumb[2]) < 0.02
     assert gaps["open"] > given["max_width"] > 2.0 * gaps["closed"]
+    # Fingers do not spread, and no joint is within a tenth of its range of a limit.
+    lower, upper = model.jnt_range[[model.joint(name).id for name in given["joints"]]].T
+    q = np.array([given["open"], given["closed"]])
+    spread = [i for i, name in enumerate(given["joints"]) if name[-4:] in ("ffj0", "mfj0", "rfj0")]
+    assert q[:, spread] == pytest.approx(0.0, abs=1e-3) and len(spread) == 3
+    rest = np.delete((q - lower) / (upper - lower), spread, axis=1)
+    assert rest.min() > 0.099 and rest.max() < 0.901
     # The closed thumb presses with 80 % of what its weakest joint can: the force whose work over
     # the way of the tip along the closing is that of the joint's torque.
     thumb, closing, forces = addresses[-4:], T.xmat.reshape(3, 3) @ found.T_bt.rotation[:, 1], []
@@ -62,8 +69,8 @@ def test_palm_thumb_and_postures_of_a_hand_are_found(hand_models, side):
     assert found.max_force == pytest.approx(0.8 * min(forces), rel=0.03)
 
 
-def small_hand(palm: str) -> mujoco.MjModel:
-    """Return a turned hand with two fingers and a thumb of 9 cm, and its palm at a position."""
+def small_hand(palm: str, wrist: str = "") -> mujoco.MjModel:
+    """Return a turned hand with two fingers and a thumb of 9 cm, and its palm, if any, there."""
     digits = ""
     for name, x, y, axis in (("f", -0.02, 0.04, "1 0 0"), ("g", 0.02, 0.04, "1 0 0"),
                              ("thumb", 0.0, -0.04, "-1 .2 0")):  # fmt: skip
@@ -73,15 +80,15 @@ def small_hand(palm: str) -> mujoco.MjModel:
           <body pos="0 0 0.05"><joint name="{name}2" axis="{axis}" range="-0.3 1.3"/>
             <geom type="capsule" size="0.007" fromto="0 0 0 0 0 0.02"/>
             <geom name="{name}_tip" size="0.01" pos="0 0 0.04"/></body></body>"""
+    plate = f'<geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>' if palm else ""
     return mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="radian"/><worldbody>
       <body name="arm"><joint name="turn"/><geom size="0.01"/>
-        <body name="palm" pos="0.1 0.2 0.3" euler="0.3 0.2 0.1">
-          <geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>{digits}</body></body></worldbody>
+        <body name="palm" pos="0.1 0.2 0.3" euler="0.3 0.2 0.1">{wrist}
+          {plate}{digits}</body></body></worldbody>
       <actuator><motor joint="f1" ctrlrange="-.4 .4"/><motor joint="thumb2" ctrlrange="-.2 .2"/>
       </actuator></mujoco>""")
 
 
-@pytest.mark.soak
 def test_a_hand_opens_by_its_width_and_closes_in_front_of_a_palm_that_is_not_beside_it():
     model = small_hand("0 0 0")
     found = find_hand(model, ["turn"])
@@ -104,12 +111,15 @@ def test_a_hand_opens_by_its_width_and_closes_in_front_of_a_palm_that_is_not_bes
         assert posture == "closed" or apart[1] > 0.9 * np.linalg.norm(apart)
     assert found.T_bt.rotation[:, 2] == pytest.approx([0.0, 0.0, 1.0], abs=0.1)
     assert found.T_bt.translation == pytest.approx([0.0, 0.0, 0.1], abs=0.02)
+    assert given["max_width"] == 0.075  # 9 cm are too wide for these fingers
+    assert find_hand(small_hand(""), ["turn"]).parameters == given  # without geoms of a palm
     for palm in ("0 0.3 0.1", "0 -0.3 0.1"):  # beside it
         assert find_hand(small_hand(palm), ["turn"]) is None
 
 
-def test_fingers_that_meet_too_near_to_a_palm_are_no_hand():
+def test_fingers_that_meet_too_near_to_a_palm_and_those_beyond_a_wrist_are_no_hand():
     assert find_hand(small_hand("0 0 0.06"), ["turn"]) is None
+    assert find_hand(small_hand("0 0 0", wrist="<joint/>"), ["turn"]) is None
 
 
 def test_two_fingers_are_no_hand(hand_models):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import build_station
@@ -21,11 +22,13 @@ from bt_manip.behaviours import (
     Reach,
 )
 from bt_manip.bt import NodeStatus, Sequence
+from bt_manip.cell import Cell
 from bt_manip.cell.objects import Box, Capsule, ConvexMesh, Cylinder, Sphere
-from bt_manip.robots import RobotError, read_description
-from bt_manip.spatial import pointing_down, pose
+from bt_manip.robots import Robot, RobotError, read_description
+from bt_manip.spatial import pointing_down, pose, quat_wxyz
 from bt_manip_contracts import ROBOT_CONTRACT, RobotCase
 from bt_manip_hands import SuctionGripper, suction_gripper
+from bt_manip_hands.suction.lip import seals
 from tests.support.held import check_held
 from tests.support.models import ROBOTS
 from tests.support.program import run_program
@@ -114,7 +117,8 @@ def test_a_built_cup_is_as_wide_and_long_as_described_with_its_lip_at_the_tool(s
     radius, half, _ = model.geom_size[round_].T
     assert radius == pytest.approx((np.hypot(*at[0, :2]), 0.015, 0.0045))  # a thin stem
     skirt, bell, stem = zip(ends + half, ends - half, strict=True)
-    assert skirt == pytest.approx((-0.0015, bell[0]))  # no gaps down to the length of 6 cm
+    # A ball reaches in by half a radius. There are no gaps down to the length of 6 cm.
+    assert (*skirt, bell[0]) == pytest.approx((-0.0015, -0.0105, -0.0105))
     assert (bell[1], stem[1]) == pytest.approx((stem[0], -0.06))
     assert bell[0] - bell[1] == pytest.approx(0.015)  # half a diameter
     assert model.body_mass[model.geom_bodyid[lip[0]]] == pytest.approx(8 * 1e-3 + 0.015 + 0.03)
@@ -149,34 +153,98 @@ def test_a_tug_below_the_holding_force_is_held_and_one_above_breaks_the_seal(sta
     assert station.gripper.forces == (0.0,)
 
 
-def test_a_broken_seal_stays_broken_in_contact_until_the_cup_closes_again(station):
-    put(station, Box(mass=0.2, size=(0.05, 0.05, 0.05)))
-    close = CloseGripper(force=40.0)
-    tree = Sequence(children=[MoveToPose(pose=on_top(0.0505)), close])
-    assert station.run(tree).status is NodeStatus.SUCCESS
-    data, joint = station.cell.data, station.cell.model.body(station.cell.body_id("thing")).jntadr
-    address = int(station.cell.model.jnt_qposadr[joint[0]])
-    kept = data.qpos[address : address + 7].copy()
-    data.qpos[address] += 0.2  # knocked away, and put back
-    station.cell.step(20)
-    assert station.gripper.status == "cup lost its seal"
-    data.qpos[address : address + 7] = kept
-    station.cell.step(100)
-    assert station.gripper.held == () and station.gripper.forces == (0.0,)
-    assert station.run(close).status is NodeStatus.SUCCESS
-    assert station.gripper.held == ("thing",)
+@pytest.fixture
+def still():
+    """Give a cup of 42.4 N whose arm does not move, and a function that steps it before a box."""
+    robot, cell = Robot(read_description(WITH_CUP), gripper=SuctionGripper), Cell()
+    with cell.editing():
+        cell.add(robot)
+        cell.add(Box(size=(0.1, 0.1, 0.1)), pose((1.5, 0.0, 0.5)), name="thing", free=False)
+    home, T_wt = cell.data.qpos.copy(), robot.tool_pose
+
+    def step(number, away=None, aside=0.0):
+        if away is not None:
+            at = pin.SE3(np.eye(3), np.array([aside, 0.0, 0.05 + away]))
+            cell.move("thing", T_wt * at, overlap=1.0)
+        for _ in range(number):
+            cell.data.qpos[:], cell.data.qvel[:] = home, 0.0
+            cell.step(1)
+        return abs(float(cell.data.actuator_force[robot.gripper.cup.ctrl]))
+
+    return robot.gripper, step
 
 
-def test_a_cup_over_an_edge_does_not_seal(station):
-    put(station, Box(size=(0.05, 0.05, 0.05)))
-    close = CloseGripper(force=40.0)
-    over = MoveToPose(pose=on_top(0.051, x=0.4 + 0.012))
-    assert station.run(Sequence(children=[over, close])).status is NodeStatus.SUCCESS
-    assert station.gripper.closed_on_nothing and station.gripper.held == ()
-    assert station.gripper.status == "cup found nothing that seals it"
-    grasp = Grasp(object="thing", force=40.0)
-    assert station.run(grasp).status is NodeStatus.FAILURE
-    assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
+def test_the_force_rises_in_50_ms_falls_in_20_ms_and_a_seal_needs_contact_within_500_ms(still):
+    cup, step = still
+    most = 60e3 * np.pi * 0.015**2
+    step(1, away=1e-3)
+    cup.close(20.0)
+    assert [step(n) for n in (11, 10, 30)] == pytest.approx([most / 5, most / 50 * 20, 20.0])
+    step(448)
+    assert cup.status == "cup not sealed yet" and not cup.held and not cup.closed_on_nothing
+    assert step(2) == 0.0 and cup.status == "cup found nothing that seals it"
+    assert cup.closed_on_nothing and cup.is_free and not cup.is_open
+    step(1, away=-2e-4)
+    cup.close(20.0)
+    step(23)
+    assert not cup.held
+    step(1)  # 42.4 N in 50 ms are 20 N in 24 ms
+    assert cup.held == ("thing",) and cup.forces[0] > 0.0
+    step(49)
+    assert not cup.steady
+    step(1)
+    assert cup.steady
+    cup.close(25.0)
+    assert not cup.steady and step(8) == 25.0 and cup.steady
+    cup.open()
+    assert step(6) == pytest.approx(25.0 - 5 * most / 20) and not cup.is_open
+    step(8)
+    assert cup.is_open
+
+
+def test_a_seal_breaks_after_the_contact_or_where_the_lip_is_not_covered_until_it_closes(still):
+    cup, step = still
+    for move, kept, lost in (
+        ({"away": 1e-3}, 4, 3),  # 5 ms
+        ({"away": -2e-4, "aside": 0.045}, 5, 2),  # it is checked every 10 ms
+    ):  # fmt: skip
+        step(1, away=-2e-4)
+        cup.close(20.0)
+        step(28)  # 4 ms after it was sealed
+        assert cup.held
+        step(kept, **move)
+        assert cup.held
+        step(lost)
+        assert not cup.held and cup.status == "cup lost its seal"
+        assert step(50, away=-2e-4) == 0.0 and not cup.held  # though it is in contact again
+
+
+@pytest.mark.parametrize("kind", ["box", "mesh"])
+def test_a_cup_seals_3_mm_from_a_face_that_is_under_the_whole_lip(kind):
+    corners = " ".join(f"{x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-1, 0))
+    shape = {"box": 'type="box" size="0.1 0.1 0.5" pos="0 0 -0.5"', "mesh": 'mesh="it" type="mesh"'}
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><asset><mesh name="it" vertex="{corners}"/></asset><worldbody>
+        <site name="lip" pos="0.1 0.2 0.3" euler="150 20 30"/>
+        <body mocap="true"><geom {shape[kind]}/></body><body mocap="true"><geom {shape[kind]}/>
+        </body></worldbody></mujoco>"""
+    )
+    data, radius = mujoco.MjData(model), 0.012
+    mujoco.mj_kinematics(model, data)
+    T_wl = pin.SE3(data.site_xmat[0].reshape(3, 3), data.site_xpos[0])
+    facing = pin.utils.rotate("y", np.pi)
+    limit = 3e-3 + 0.5 * radius  # a curved face may be half a radius deeper at the lip
+    for ahead, x, other, expected in (
+        (0.0, 0.0, 9.0, True), (limit - 1e-4, 0.0, 9.0, True), (limit + 1e-4, 0.0, 9.0, False),
+        (-2.9e-3, 0.0, 9.0, True), (-3.1e-3, 0.0, 9.0, False),
+        (1e-3, 0.1 - 0.0121, 9.0, True), (1e-3, 0.1 - 0.0119, 9.0, False),
+        (1e-3, 0.1, -0.1, True), (1e-3, 0.1, -0.12, False),  # two faces cover it together
+    ):  # fmt: skip
+        for body, at in enumerate((x, other)):
+            T = T_wl * pin.SE3(facing, np.array([at, 0.001, ahead]))
+            data.mocap_pos[body], data.mocap_quat[body] = T.translation, quat_wxyz(T)
+        mujoco.mj_kinematics(model, data)
+        assert seals(model, data, 0, radius, [0, 1]) == expected
 
 
 def test_what_it_holds_is_known_to_everybody_goes_on_from_a_state_and_is_set_down(station):
@@ -205,7 +273,8 @@ def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
     (tmp_path / "cup.xml").write_text(
         """<mujoco><worldbody><body name="pad">
           <geom type="cylinder" size="0.02 0.01" pos="0 0 0.01" mass="0.05"/>
-          <site name="lip" pos="0 0 0.02"/>
+          <geom type="box" size="0.03 0.01 0.004" pos="0 0 0.005" euler="0 0 45" mass="0.01"/>
+          <site name="lip" pos="0 0 0.02" euler="0 0 45"/>
         </body></worldbody>
         <actuator><adhesion name="vacuum" body="pad" ctrlrange="0 2" gain="30"/></actuator>
         </mujoco>"""
@@ -220,7 +289,12 @@ def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
     picked(station, Box(size=(0.06, 0.06, 0.05), mass=0.5))
     (tmp_path / "arm.toml").write_text(arm + tool + 'actuator = "vacum"\n')
     with pytest.raises(RobotError, match="no adhesion actuator 'vacum'; did you mean 'vacuum'"):
-        build_station(parts, robot=str(tmp_path / "arm.toml"))
+        Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
+    (tmp_path / "arm.toml").write_text(arm + tool)
+    cup = (tmp_path / "cup.xml").read_text().replace("<geom", '<geom contype="0" conaffinity="0"')
+    (tmp_path / "cup.xml").write_text(cup)
+    with pytest.raises(RobotError, match="the cup '.*pad' has no collision geometry"):
+        Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
 
 
 def test_a_file_and_python_say_the_same():
@@ -235,13 +309,16 @@ def test_a_file_and_python_say_the_same():
         ("diameter = 0.03\n", "", "'gripper.diameter' is missing"),
         ("length", "lenght", "'gripper.lenght' means nothing; did you mean 'length'"),
         ("length", "max_force = 3\nlength", "'gripper.max_force' follows from 'pressure'"),
+        ("length = 0.06", "length = 0.029", "'gripper.length' is at least the diameter"),
+        ("diameter = 0.03", "diameter = 0.005", "'gripper.diameter' .*0.005"),
+        ("pressure = 60e3", "pressure = 0.0", "'gripper.pressure' .*0"),
     ],
 )
-def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, message):
+def test_wrong_descriptions_are_refused_with_the_key(tmp_path, old, new, message):
     text = WITH_CUP.read_text().replace("six_joints.urdf", str(ROBOTS / "six_joints.urdf"))
     (tmp_path / "arm.toml").write_text(text.replace(old, new))
     with pytest.raises(RobotError, match=rf"arm.toml:\d+: key {message}"):
-        build_station(parts, robot=str(tmp_path / "arm.toml"))
+        Robot(read_description(tmp_path / "arm.toml"), gripper=SuctionGripper)
 
 
 @pytest.mark.soak

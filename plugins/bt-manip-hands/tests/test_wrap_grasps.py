@@ -31,7 +31,7 @@ def test_thumb_and_fingers_are_beside_the_object_and_the_palm_is_clear_of_it(clo
         blocks = [box((0.03, 0.02, 0.02), (0.01, -0.02, 0.03), (0.0, 0.0, 0.0)),
                   box((0.01, 0.025, 0.03), (0.025, -0.015, 0.04), (0.0, 0.0, 0.0))]  # fmt: skip
     corners, axes = np.concatenate([c for _, c in blocks]), blocks[0][0].T_os.rotation
-    shape, down = HandShape(np.array(closing), tip, palm, most), np.array([0.6, 0.0, -0.8])
+    shape, down = HandShape(np.array(closing), tip, palm, most), np.array([0.11, 0.09, -0.99])
     solids = [solid for solid, _ in blocks]
     found = WrapGraspGenerator("it", solids, shape, np.zeros(3)).candidates(down)
     extent = np.ptp(corners @ axes, axis=0)

@@ -45,7 +45,7 @@ class Drawer(ParametricEntity):
         root.default.geom.set_attributes(
             type="box", solref=(0.004, 1.0), friction=(0.8, 0.005, 1e-4)
         )
-        half, light = 0.5 * WALL, (*(0.5 + 0.5 * part for part in colour), 1)[:4]
+        half, pale_colour = 0.5 * WALL, (*(0.5 + 0.5 * part for part in colour), 1)[:4]
         cabinet = root.worldbody.add("body", name="cabinet")
         for size, pos in (
             ((x, y, half), (0, 0, half)),
@@ -69,7 +69,7 @@ class Drawer(ParametricEntity):
         )
         handle = (tuple(0.5 * length for length in HANDLE), (-0.5 * HANDLE[0], 0, 0))
         for size, pos in (*boards, handle):
-            tray.add("geom", size=size, pos=pos, rgba=light, mass=MASS / 5)
+            tray.add("geom", size=size, pos=pos, rgba=pale_colour, mass=MASS / 5)
         # The slide guides the drawer, not contacts of its boards.
         root.contact.add("exclude", name="tray_in_cabinet", body1=cabinet, body2=tray)
 

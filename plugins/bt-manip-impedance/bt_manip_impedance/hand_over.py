@@ -1,7 +1,7 @@
 """Hand-over of an object from one robot to another."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.behaviours import (
     ArmBehaviour,
-    ObjectCondition,
     PlannedMove,
     nearest_orientation,
     pose_from_text,
@@ -20,6 +19,7 @@ from bt_manip.bt import Input, Output, Status, Traits
 from bt_manip.cell import CellError, ContactEvent, entity_of, extent
 from bt_manip.exceptions import MotionError, did_you_mean
 from bt_manip.kinematics import PoseTarget
+from bt_manip_impedance.approach import ApproachCondition
 
 HEIGHTS = (0.535, 0.45, 0.4, 0.35, 0.3, 0.6)
 """Heights of the hand-over above the bases, the preferred one first [m]."""
@@ -172,7 +172,7 @@ class HoldOut(PlannedMove):
         return True
 
 
-class IsHandedOver(ObjectCondition):
+class IsHandedOver(ApproachCondition):
     """Check that one robot has handed an object over to another one, in the air.
 
     It is judged by contacts: first the giver alone touches the object, then both robots and nothing
@@ -196,7 +196,6 @@ class IsHandedOver(ObjectCondition):
     def setup(self, **infrastructure: Any) -> None:
         """Keep the robots, and observe the contacts of the cell."""
         super().setup(**infrastructure)
-        self.robots: Mapping[str, Any] = infrastructure.get("robots", {})
         if self._observe not in self.cell.contact_changed:
             self.cell.contact_changed.append(self._observe)
             self.cell.before_remove.append(self._forget)

@@ -146,15 +146,11 @@ class Insert(CompliantMotion):
         return self.begin_motion(self._lower if self.search else self._push)
 
     def _lower(self) -> None:
-        given = self.press
-        target = self._tool_pose(-(self._press_depth() if given is None else given))
-        self.arm.move_linear(target, speed=LOWERING_SPEED, contact=True)
-
-    def _press_depth(self) -> float:
-        """Return the depth of the reference below the socket's top in a search [m]."""
-        active = self.controllers.controller
-        stiffness = active.stiffness[2] if isinstance(active, CartesianImpedance) else STIFFNESS
-        return float(feasible_force(PRESS_FORCE, self.arm, DOWN, self.grip_force) / stiffness)
+        depth, active = self.press, self.controllers.controller
+        if depth is None:
+            stiffness = active.stiffness[2] if isinstance(active, CartesianImpedance) else STIFFNESS
+            depth = feasible_force(PRESS_FORCE, self.arm, DOWN, self.grip_force) / stiffness
+        self.arm.move_linear(self._tool_pose(-depth), speed=LOWERING_SPEED, contact=True)
 
     def _search(self) -> None:
         """Follow a spiral of half circles around the centre of the socket."""

@@ -1,8 +1,6 @@
 """Opening a drawer by its handle."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,13 +8,13 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.behaviours import (
     MotionBehaviour,
-    ObjectCondition,
     feasible_force,
     nearest_orientation,
     number_or_auto,
 )
 from bt_manip.bt import Input, Status
-from bt_manip.cell import Cell, CellError, why_not_at_rest
+from bt_manip.cell import CellError, why_not_at_rest
+from bt_manip_impedance.approach import ApproachCondition, find_of
 from bt_manip_impedance.compliant_motion import CompliantMotion
 from bt_manip_impedance.drawer import HANDLE, Drawer
 
@@ -31,9 +29,6 @@ MAX_DRAWER_SPEED = 5e-3
 
 MAX_FORCE = 40.0
 """Force on the handle at which it gives up, if arm and grip can exert it [N]."""
-
-NEAR = 0.2
-"""Distance from the handle at which the progress of reaching it is a quarter [m]."""
 
 OVER, DOWN = "over", "down"
 
@@ -73,7 +68,7 @@ class ReachHandle(MotionBehaviour):
         self.arm.move_linear(nearest_orientation(poses, self.T_wt), speed=self.speed)
 
     def _tool_pose(self, height: float, yaw: float) -> pin.SE3:
-        T_wh = self.cell.pose(self.object) * find_drawer(self.cell, self.object).T_oh
+        T_wh = self.cell.pose(self.object) * find_of(self.cell, self.object, Drawer).T_oh
         x_axis = T_wh.rotation[:, 0]
         heading = math.atan2(x_axis[1], x_axis[0])
         return spatial.pointing_down(T_wh.translation + (0.0, 0.0, height), heading + yaw)
@@ -96,7 +91,7 @@ class PullOpen(CompliantMotion):
 
     def start(self) -> None:
         """Switch to the compliant controller and pull."""
-        drawer = find_drawer(self.cell, self.object)
+        drawer = find_of(self.cell, self.object, Drawer)
         if self.opening + MARGIN > drawer.travel:
             raise CellError(f"'{self.object}' opens by {drawer.travel:g} m at most")
         if self.object not in self.gripper.held:
@@ -115,7 +110,7 @@ class PullOpen(CompliantMotion):
         """Pull until the drawer is open, then wait until it is at rest."""
         if self._blocked is not None:
             return super().update()
-        drawer, arm = find_drawer(self.cell, self.object), self.arm
+        drawer, arm = find_of(self.cell, self.object, Drawer), self.arm
         force, opened = self.force, drawer.opening
         self.feedback_message = f"{1e3 * opened:.0f} mm open, {force:.1f} N"
         if opened >= self.opening + MARGIN:
@@ -143,7 +138,7 @@ class PullOpen(CompliantMotion):
 
     def why_infeasible(self) -> str:
         """Compare the thickness of the handle with the gripper."""
-        find_drawer(self.cell, self.object)
+        find_of(self.cell, self.object, Drawer)
         thickness, least = HANDLE[1], self.gripper.min_object_width
         if thickness > least:
             return ""
@@ -153,20 +148,15 @@ class PullOpen(CompliantMotion):
         )
 
 
-class IsOpen(ObjectCondition):
+class IsOpen(ApproachCondition):
     """Check that a drawer is open and at rest, held or not."""
 
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="Minimum opening [m].", above=0.0)
 
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell and the robots."""
-        super().setup(**infrastructure)
-        self.robots: Mapping[str, Any] = infrastructure["robots"]
-
     def why_not(self) -> str:
         """Measure the position and velocity of the slide."""
-        drawer = find_drawer(self.cell, self.object)
+        drawer = find_of(self.cell, self.object, Drawer)
         if drawer.opening < self.opening:
             return f"'{self.object}' is {1e3 * drawer.opening:.0f} mm open"
         if abs(drawer.speed) > MAX_DRAWER_SPEED:
@@ -175,22 +165,9 @@ class IsOpen(ObjectCondition):
 
     def progress(self) -> float:
         """Return the progress of reaching the handle, holding it, and opening."""
-        drawer, robots = find_drawer(self.cell, self.object), self.robots.values()
-        handle = (self.cell.pose(self.object) * drawer.T_oh).translation
-        distances = [np.linalg.norm(one.robot.tool_pose.translation - handle) for one in robots]
-        near = 1.0 - math.tanh(min(distances) / NEAR)
-        held = any(one.gripper is not None and self.object in one.gripper.held for one in robots)
+        drawer = find_of(self.cell, self.object, Drawer)
+        near = self.closeness((self.cell.pose(self.object) * drawer.T_oh).translation)
+        grippers = [one.gripper for one in self.robots.values() if one.gripper is not None]
+        held = any(self.object in gripper.held for gripper in grippers)
         opened = min(drawer.opening / self.opening, 1.0)
         return 0.2 * max(near, opened) + 0.2 * max(held, opened) + 0.6 * opened
-
-
-def find_drawer(cell: Cell, name: str) -> Drawer:
-    """Return a drawer.
-
-    Raises:
-        CellError: If there is no such drawer.
-    """
-    drawer = cell.find(name)
-    if not isinstance(drawer, Drawer):
-        raise CellError(f"'{name}' is not a drawer")
-    return drawer

@@ -1,26 +1,14 @@
 """Pressing a button."""
 
-import math
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import (
-    MotionBehaviour,
-    ObjectCondition,
-    feasible_force,
-    number_or_auto,
-)
+from bt_manip.behaviours import MotionBehaviour, feasible_force, number_or_auto
 from bt_manip.bt import Input, Status
-from bt_manip.cell import CellError
+from bt_manip_impedance.approach import ApproachCondition, find_of
 from bt_manip_impedance.push_button import PRESSED, PushButton
 
 RELEASED = 1e-4  # [m] maximum depth of a released cap
-
-NEAR = 0.2
-"""Distance at which the progress of approaching is a quarter [m]."""
 
 MAX_FORCE = 40.0
 """Largest contact force, if the arm can exert it [N]."""
@@ -57,9 +45,7 @@ class Press(MotionBehaviour):
     def start(self) -> None:
         """Move straight down."""
         self._since, self._outcome, self._last_force = None, None, 0.0
-        button = self.cell.find(self.object)
-        if not isinstance(button, PushButton):
-            raise CellError(f"'{self.object}' is not a button")
+        find_of(self.cell, self.object, PushButton)  # raises an error if it is something else
         given, down = self.max_force, np.array([0.0, 0.0, -1.0])
         self._limit = feasible_force(MAX_FORCE, self.arm, down) if given is None else given
         self._move_over_the_cap(-self.depth)
@@ -110,22 +96,15 @@ class Press(MotionBehaviour):
         self.arm.move_linear(pin.SE3(T_wt.rotation, goal), speed=self.speed, contact=True)
 
 
-class ButtonCondition(ObjectCondition):
+class ButtonCondition(ApproachCondition):
     """A condition on a push button in the cell."""
 
     object = Input(str, doc="Name of the button.")
 
     @property
     def button(self) -> PushButton:
-        """The button.
-
-        Raises:
-            CellError: If there is none of that name.
-        """
-        button = self.cell.entities.get(self.object)
-        if not isinstance(button, PushButton):
-            raise CellError(f"the cell has no button '{self.object}'")
-        return button
+        """The button."""
+        return find_of(self.cell, self.object, PushButton)
 
 
 class IsReleased(ButtonCondition):
@@ -149,11 +128,6 @@ class WasPressed(ButtonCondition):
     released = Input(bool, default=False, doc="Whether it also must be released.")
 
     _since = 0.0  # [s] simulated time after which presses count
-
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell and the robots."""
-        super().setup(**infrastructure)
-        self.robots: Mapping[str, Any] = infrastructure["robots"]
 
     def begin_cycle(self) -> None:
         """Count presses from now on."""
@@ -181,6 +155,4 @@ class WasPressed(ButtonCondition):
         if self._was_pressed:
             return 0.8 + 0.2 * (1.0 - down)
         top = self.cell.pose(self.object) * pin.SE3(np.eye(3), np.array([0, 0, button.height]))
-        tools = [one.robot.tool_pose.translation for one in self.robots.values()]
-        distance = min(float(np.linalg.norm(tool - top.translation)) for tool in tools)
-        return 0.4 * (1.0 - math.tanh(distance / NEAR)) + 0.4 * down
+        return 0.4 * self.closeness(top.translation) + 0.4 * down

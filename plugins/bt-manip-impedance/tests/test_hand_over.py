@@ -3,13 +3,16 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import NodeStatus, Tree
-from bt_manip.cell import Cell, extent
+from bt_manip.cell import Cell
 from bt_manip.cell.objects import Box
+from bt_manip.exceptions import MotionError
+from bt_manip.testing import play
 from bt_manip_impedance import FindFreeEnd, HoldOut, IsHandedOver
 
 HIGH = 0.5  # [m] of the posts, which stand for two robots
@@ -112,25 +115,86 @@ def test_an_object_on_a_block_between_the_robots_is_not_in_the_air(cell, handed_
         assert (status is NodeStatus.SUCCESS) is passed
 
 
-def test_the_tool_points_along_the_object_at_the_end_that_is_not_held(parts):
+@pytest.fixture(scope="module")
+def held_out(parts):
+    """Return a station whose left robot holds the rod out to the right one."""
     station = build_station(parts, scene=parts.scenes.create("hand_over"))
-    for behaviour in (
-        Hover("hover", object="rod", height=0.2, robot="left"),
-        Reach("reach", object="rod", robot="left"),
-        Grasp("grasp", object="rod", force=40.0, robot="left"),
-        Lift("lift", height=0.2, robot="left"),
-        HoldOut("hold out", object="rod", receiver="right", robot="left"),
-    ):
-        assert station.run(behaviour).status is NodeStatus.SUCCESS
-    assert station.cell.pose("rod").translation[:2] == pytest.approx([0.0, 0.0], abs=0.02)
-    tree = Tree(FindFreeEnd("find", object="rod", robot="right", pose="{pose}"))
-    tree.setup(**station.infrastructure)
-    assert tree.tick() is NodeStatus.SUCCESS
-    pose, end = tree.blackboard["pose"], extent(station.cell, "rod")[1][0]
-    assert pose.rotation.T @ pose.rotation == pytest.approx(np.eye(3), abs=1e-9)
-    assert pose.rotation[:, 2] == pytest.approx([-1.0, 0.0, 0.0], abs=0.01)
-    assert pose.translation[0] == pytest.approx(end + 0.09, abs=2e-3)
-    assert np.abs(pose.translation[1:] - station.cell.pose("rod").translation[1:]).max() < 2e-3
+    play(
+        station,
+        Hover(object="rod", height=0.2, robot="left"), Reach(object="rod", robot="left"),
+        Grasp(object="rod", force=40.0, robot="left"), Lift(height=0.2, robot="left"),
+        HoldOut(object="rod", receiver="right", robot="left"),
+    )  # fmt: skip
+    return station
+
+
+@pytest.mark.parametrize("end", [1.0, -1.0])
+@pytest.mark.parametrize("half_turn", [False, True])
+def test_the_tool_points_along_the_object_at_the_end_that_is_not_held(end, half_turn):
+    cell, T_wo = Cell(), pin.SE3(pin.exp3(np.array([0.3, -0.5, 0.7])), np.array([0.1, 0.2, 0.9]))
+    cell.add(Box(size=(0.04, 0.2, 0.03)), T_wo, name="bar", free=False)
+    outwards, across = end * T_wo.rotation[:, 1], T_wo.rotation[:, 2]  # of the longest, least side
+    holder = T_wo.act(np.array([0.3, -0.03 * end, 0.1]))
+    leaf = SimpleNamespace(
+        cell=cell, object="bar", inset=0.02, distance=0.07, _holder=lambda name: holder
+    )
+    R = np.column_stack([np.cross(across, -outwards), across, -outwards])
+    turned = R @ np.diag([-1.0, -1.0, 1.0]) if half_turn else R
+    leaf.T_wt = pin.SE3(turned @ pin.exp3(np.array([0.2, 0.1, 0.3])), np.zeros(3))
+    FindFreeEnd.start(leaf)
+    default = FindFreeEnd(object="bar", pose="{pose}")
+    assert (default.inset, default.distance) == (0.01, 0.1)
+    assert leaf.pose.rotation == pytest.approx(turned)
+    assert leaf.pose.translation == pytest.approx(T_wo.translation + (0.1 + 0.05) * outwards)
+
+
+def test_poses_to_hold_an_object_out_at_are_tried_in_turn_where_the_receiver_reaches_its_end(
+    held_out, monkeypatch
+):
+    giver, receiver = (held_out.robots[name].arm for name in ("left", "right"))
+    tried, asked, reached = [], [], [True]
+
+    def refuse(target, **given):
+        tried.append(target)
+        raise MotionError("out of reach", reason="unreachable")
+
+    def reach(poses, q):
+        asked.append((poses, q))
+        return iter([SimpleNamespace(q=len(asked))] * reached[0])
+
+    monkeypatch.setattr(giver, "move_to_pose", refuse)
+    monkeypatch.setattr(receiver.ik, "nearest_first", reach)
+    leaf = HoldOut(object="rod", receiver="right", robot="left")
+    assert held_out.run(leaf).status is NodeStatus.FAILURE
+    assert leaf.feedback_message == "out of reach"
+    # The rod is 14 cm long; both grasps are 1 cm from its ends.
+    expected = [
+        (offset - 0.06, 0.0, 1.015 + height)
+        for offset in (0.0, -0.05, -0.1, 0.05)
+        for height in (0.535, 0.45, 0.4, 0.35, 0.3, 0.6)
+    ]
+    assert all(target.free_axis.tolist() == [0.0, 0.0, 1.0] for target in tried)
+    at = np.array([target.pose.translation for target in tried])
+    assert at == pytest.approx(np.array(expected), abs=1e-6)
+    for k, (poses, q) in enumerate(asked):
+        before, there = divmod(k, 2)[0], (0.22, 0.12)[k % 2]  # the approach, and the grasp
+        axes = np.array([T.rotation.T for T in poses])
+        assert axes[:, 2] == pytest.approx(np.tile([-1.0, 0.0, 0.0], (4, 1)), abs=1e-9)
+        turned = axes[:, 0] @ axes[0, :2].T  # x axes by quarters of a turn
+        assert turned == pytest.approx(np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]), abs=1e-9)
+        for T in poses:
+            assert T.translation == pytest.approx(at[before] + (there, 0.0, 0.0), abs=1e-6)
+        assert k % 2 == 0 or q == k
+    monkeypatch.setattr(giver.ik, "nearest_first", lambda *_: iter([1]))
+    assert leaf.why_infeasible() == ""
+    monkeypatch.setattr(giver.ik, "nearest_first", lambda *_: iter([]))
+    assert leaf.why_infeasible() == "'left' and 'right' reach no pose to hand 'rod' over"
+    reached[0] = False
+    assert held_out.run(leaf).status is NodeStatus.FAILURE
+    assert "no pose to hold 'rod' out at is within reach of 'right'" in leaf.feedback_message
+    leaf = HoldOut(object="rod", receiver="rigth", robot="left")
+    assert held_out.run(leaf).status is NodeStatus.FAILURE
+    assert "there is no robot 'rigth'; did you mean 'right'" in leaf.feedback_message
 
 
 def test_the_progress_of_a_hand_over_rises_with_every_stage(cell, handed_over):

@@ -27,7 +27,7 @@ def inserted():
         cell.add(Table(), spatial.pose((0.0, 0.0, 0.0)))
         cell.add(HoleBoard(), spatial.pose((0.0, 0.0, TOP)), name="board")
         cell.add(Peg(), spatial.pose((0.0, 0.0, TOP + 0.1)), name="peg", overlap=1.0)
-    condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
+    condition = IsInserted("inserted", object="peg", socket="board")
     tree = Tree(condition)
     tree.setup(cell=cell)
 
@@ -88,15 +88,21 @@ def test_progress_is_the_share_of_the_depth_in_the_hole_and_none_beside_it(x, de
     assert condition.progress() == pytest.approx(share, abs=1e-6)
 
 
-def test_a_goal_counts_presses_of_its_own_cycle():
+def test_a_goal_counts_presses_of_its_own_cycle_which_a_snapshot_keeps():
     cell = Cell()
     cell.add(PushButton(), spatial.pose((0.0, 0.0, 0.0)), name="button")
     condition = WasPressed("pressed", object="button", released=True)
     tree = Tree(condition)
     tree.setup(cell=cell, robots={})
+    before = cell.snapshot()
+    assert tree.tick() is NodeStatus.FAILURE
     cell.data.qpos[0] = 0.008
     cell.step(500)
-    assert tree.tick() is NodeStatus.SUCCESS
+    assert tree.tick() is NodeStatus.SUCCESS and cell.find("button").presses == 1
+    after = cell.snapshot()
+    for state, presses in ((before, 0), (after, 1)):
+        cell.restore(state)
+        assert cell.find("button").presses == presses
     condition.begin_cycle()
     cell.step(100)
     assert tree.tick() is NodeStatus.FAILURE

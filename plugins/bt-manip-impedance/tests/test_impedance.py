@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.cell import Cell
@@ -11,11 +12,9 @@ from bt_manip.robots import Robot, panda
 from bt_manip_impedance import CartesianImpedance, JointImpedance
 from bt_manip_impedance.cartesian_impedance import REGULARISATION
 
-REST = np.zeros(7)
-
 
 def under_control(kind, *, friction=True, **gains):
-    """Return the cell of a Panda, its controller and MuJoCo's bias forces at home."""
+    """Return the cell of a Panda at home, and its controller."""
     robot = Robot(panda(), gripper=TwoFingerGripper)
     controller = kind(robot, **gains)
     robot.attach(controller)
@@ -26,95 +25,77 @@ def under_control(kind, *, friction=True, **gains):
     fingers = robot.gripper.mechanism.qpos_adr
     cell.data.qpos[fingers] = controller.model.locked_qpos[fingers]  # where the model has them
     mujoco.mj_forward(cell.model, cell.data)
-    return cell, controller, cell.data.qfrc_bias[robot.dof_adr].copy()
+    return cell, controller
 
 
-def mujoco_jacobian(cell: Cell, robot: Robot) -> np.ndarray:
-    """Return MuJoCo's Jacobian of the tool: linear over angular."""  # (6, nq)
-    linear, angular = np.zeros((3, cell.model.nv)), np.zeros((3, cell.model.nv))
-    mujoco.mj_jacSite(cell.model, cell.data, linear, angular, robot.tool_site_id)
-    return np.vstack((linear, angular))[:, robot.dof_adr]
+def moving(kind, **gains):
+    """Return the torques beyond inverse dynamics in a random state, and MuJoCo's M and J there.
+
+    Beside them the errors of the pose, the positions and the velocities.
+    """
+    cell, controller = under_control(kind, **gains)
+    robot, rng = controller.robot, np.random.default_rng(3)
+    dofs, data, model = robot.dof_adr, cell.data, cell.model
+    q, v = robot.q + rng.uniform(-0.3, 0.3, 7), rng.uniform(-1.0, 1.0, 7)
+    q_ref, a_ref = q + rng.uniform(-0.1, 0.1, 7), rng.uniform(-2.0, 2.0, 7)
+    v_ref = rng.uniform(0.2, 1.0, 7) * (1, -1, 1, 1, -1, -1, 1)
+    data.qpos[robot.qpos_adr] = q_ref
+    mujoco.mj_kinematics(model, data)
+    T_ref = robot.tool_pose
+    data.qpos[robot.qpos_adr], data.qvel[dofs] = q, v
+    mujoco.mj_forward(model, data)
+    M, linear, angular = (np.zeros((rows, model.nv)) for rows in (model.nv, 3, 3))
+    for column, unit in zip(M, np.eye(model.nv), strict=True):
+        mujoco.mj_mulM(model, data, column, unit)
+    mujoco.mj_jacSite(model, data, linear, angular, robot.tool_site_id)
+    M, J, T = M[np.ix_(dofs, dofs)], np.vstack((linear, angular))[:, dofs], robot.tool_pose
+    turn = pin.log3(T_ref.rotation @ T.rotation.T)  # about the world's axes
+    losses = model.dof_damping[dofs] * v_ref + model.dof_frictionloss[dofs] * np.sign(v_ref)
+    rest = M @ a_ref + data.qfrc_bias[dofs] + losses
+    tau = controller.compute(q, v, q_ref, v_ref, a_ref)
+    return (
+        tau - rest,
+        M,
+        J,
+        np.append(T_ref.translation - T.translation, turn),
+        q_ref - q,
+        v_ref - v,
+    )
 
 
-def mujoco_inertia(cell: Cell, robot: Robot) -> np.ndarray:
-    """Return MuJoCo's inertia matrix of the arm."""  # (nq, nq)
-    M = np.zeros((cell.model.nv, cell.model.nv))
-    for column, unit in zip(M, np.eye(cell.model.nv), strict=True):
-        mujoco.mj_mulM(cell.model, cell.data, column, unit)
-    return M[np.ix_(robot.dof_adr, robot.dof_adr)]
+def test_joints_are_springs_with_the_same_damping_ratio_whatever_their_inertia():
+    stiffness = np.arange(100.0, 701.0, 100.0)
+    tau, M, _, _, error, v_error = moving(JointImpedance, stiffness=stiffness, damping_ratio=0.7)
+    expected = stiffness * error + 2.0 * 0.7 * np.sqrt(stiffness * np.diag(M)) * v_error
+    np.testing.assert_allclose(tau, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("kind", [JointImpedance, CartesianImpedance])
-def test_on_the_reference_the_torque_is_that_of_bias_and_friction(kind):
-    cell, controller, _ = under_control(kind)
-    robot = controller.robot
-    q, v = robot.q + 0.1, np.full(7, 0.3)
-    dofs = robot.dof_adr
-    cell.data.qpos[robot.qpos_adr], cell.data.qvel[dofs] = q, v
-    mujoco.mj_forward(cell.model, cell.data)
-    friction = cell.model.dof_damping[dofs] * v + cell.model.dof_frictionloss[dofs]
-    tau = controller.compute(q, v, q, v, REST)
-    np.testing.assert_allclose(tau, cell.data.qfrc_bias[dofs] + friction, atol=1e-9)
+def test_the_tool_is_held_by_springs_and_the_posture_by_others_that_do_not_accelerate_it():
+    linear, angular = [100.0, 200.0, 300.0], [10.0, 20.0, 30.0]
+    tau, M, J, error, q_error, v_error = moving(
+        CartesianImpedance, stiffness=linear, rotational_stiffness=angular,
+        posture_stiffness=15.0, damping_ratio=0.7,
+    )  # fmt: skip
+    stiffness, mobility = np.array(linear + angular), J @ np.linalg.inv(M) @ J.T
+    damping = 2.0 * 0.7 * np.sqrt(stiffness / np.diag(mobility))  # along each axis, others free
+    posture = 15.0 * q_error + 2.0 * 0.7 * np.sqrt(15.0 * np.diag(M)) * v_error
+    wrench, pulled = stiffness * error + damping * (J @ v_error), J @ np.linalg.solve(M, posture)
+    share = np.linalg.solve(mobility + REGULARISATION * np.eye(6), pulled)
+    np.testing.assert_allclose(tau, J.T @ (wrench - share) + posture, atol=1e-6)
+    of_tool = J @ np.linalg.solve(M, tau - J.T @ wrench)
+    assert np.linalg.norm(of_tool) < 0.02 * np.linalg.norm(pulled)
 
 
-def test_off_the_reference_the_torque_is_stiffness_times_error():
-    _, controller, bias = under_control(JointImpedance, stiffness=np.arange(100.0, 701.0, 100.0))
-    q = controller.robot.q
-    tau = controller.compute(q, REST, q + 0.01, REST, REST)
-    np.testing.assert_allclose(tau - bias, np.arange(1.0, 8.0), atol=1e-9)
-
-
-def test_an_external_torque_deflects_a_joint_by_torque_over_stiffness():
-    cell, controller, _ = under_control(JointImpedance, stiffness=500.0)
-    robot, joint = controller.robot, 3
-    start = robot.q
-    cell.data.qfrc_applied[robot.dof_adr[joint]] = 10.0
-    cell.step(1500)
-    dry = controller.model.friction[joint]  # it stops up to its dry friction early
-    assert robot.q[joint] - start[joint] == pytest.approx(10.0 / 500.0, abs=dry / 500.0)
-
-
-def test_damping_is_critical_for_the_inertia_of_each_joint():
-    cell, controller, _ = under_control(JointImpedance, stiffness=400.0, damping_ratio=0.5)
-    inertia = np.diag(mujoco_inertia(cell, controller.robot))
-    damping = controller.damping(controller.robot.q)
-    np.testing.assert_allclose(damping, 2 * 0.5 * np.sqrt(400.0 * inertia), rtol=1e-9)
-
-
-def test_near_the_reference_the_wrench_is_stiffness_times_error():
-    stiffness, turning = [100.0, 200.0, 300.0], [10.0, 20.0, 30.0]
-    gains = {"stiffness": stiffness, "rotational_stiffness": turning, "posture_stiffness": 0.0}
-    cell, controller, bias = under_control(CartesianImpedance, **gains)
-    robot = controller.robot
-    J = mujoco_jacobian(cell, robot)
-    step = 1e-5 * np.array([1.0, -2.0, 0.5, 1.0, -1.0, 2.0, 1.0])
-    spring = controller.compute(robot.q, REST, robot.q + step, REST, REST) - bias
-    wrench = np.array(stiffness + turning) * (J @ step)
-    np.testing.assert_allclose(spring, J.T @ wrench, atol=1e-3 * abs(spring).max())
-    # The last joint turns the tool about its own z axis, which points down.
-    error = controller.error(robot.q + 0.8 * np.eye(7)[6], robot.q)
-    np.testing.assert_allclose(abs(error), [0, 0, 0, 0, 0, 0.8], atol=1e-6)
-
-
-def test_posture_torques_do_not_accelerate_the_tool():
-    gains = {"stiffness": 0.0, "rotational_stiffness": 0.0}
-    cell, controller, bias = under_control(CartesianImpedance, **gains)
-    robot = controller.robot
-    posture = controller.compute(robot.q, REST, robot.q + 0.3, REST, REST) - bias
-    assert abs(posture).max() > 0.5
-    acceleration = np.linalg.solve(mujoco_inertia(cell, robot), posture)  # of the joints
-    of_tool = mujoco_jacobian(cell, robot) @ acceleration
-    assert np.linalg.norm(of_tool) < 0.02 * np.linalg.norm(acceleration)
-    # Damped: c (M_inv + c)^-1 of the tool's acceleration remains, with its mobility M_inv.
-    J_Minv = mujoco_jacobian(cell, robot) @ np.linalg.inv(mujoco_inertia(cell, robot))
-    mobility = J_Minv @ mujoco_jacobian(cell, robot).T
-    share = REGULARISATION * np.linalg.inv(mobility + REGULARISATION * np.eye(6))
-    expected = share @ J_Minv @ np.full(7, 0.3 * controller.posture_stiffness)
-    np.testing.assert_allclose(of_tool, expected, atol=1e-3 * np.linalg.norm(expected))
+def test_they_are_by_default_critically_damped_and_saturate_at_140_mrad():
+    _, joints = under_control(JointImpedance)
+    assert joints.stiffness == pytest.approx(joints.robot.limits.effort / (1 / 7))
+    _, tool = under_control(CartesianImpedance)
+    assert tool.stiffness == pytest.approx([1000.0] * 3 + [100.0] * 3)
+    assert tool.posture_stiffness == 20.0 and tool.damping_ratio == joints.damping_ratio == 1.0
 
 
 def test_a_force_deflects_the_tool_by_force_over_stiffness():
-    cell, controller, _ = under_control(CartesianImpedance, stiffness=500.0, friction=False)
+    cell, controller = under_control(CartesianImpedance, stiffness=500.0, friction=False)
     robot, force = controller.robot, np.array([10.0, -8.0, 5.0])
     start, site = robot.tool_pose.translation.copy(), robot.tool_site_id
     body = cell.model.site_bodyid[site]
@@ -127,35 +108,16 @@ def test_a_force_deflects_the_tool_by_force_over_stiffness():
     np.testing.assert_allclose(moved, force / 500.0, atol=5e-4)
 
 
-def test_a_released_tool_returns_without_overshoot():
-    cell, controller, _ = under_control(CartesianImpedance, friction=False)
-    robot = controller.robot
-    _ = controller.reference  # where it stands now
-    start = robot.tool_pose.translation.copy()
-    cell.data.qpos[robot.qpos_adr[3]] += 0.05
-    mujoco.mj_forward(cell.model, cell.data)
-    away = robot.tool_pose.translation - start
-    course = []
-    for _ in range(1500):
-        cell.step()
-        course.append((robot.tool_pose.translation - start) @ away / np.linalg.norm(away))
-    assert np.linalg.norm(away) > 0.02
-    assert abs(course[-1]) < 1e-4
-    assert min(course) > -0.1 * np.linalg.norm(away)
-
-
-@pytest.mark.parametrize(
-    ("kind", "gains", "message"),
-    [
-        (JointImpedance, {"stiffness": -1.0}, "stiffness must be"),
-        (JointImpedance, {"stiffness": [1.0, 2.0]}, "one for each of 7"),
-        (JointImpedance, {"damping_ratio": float("nan")}, "damping_ratio must be"),
-        (CartesianImpedance, {"stiffness": [1.0, 2.0]}, "one for each of 3"),
-        (CartesianImpedance, {"rotational_stiffness": np.inf}, "rotational_stiffness must be"),
-        (CartesianImpedance, {"posture_stiffness": -1.0}, "posture_stiffness must be"),
-        (CartesianImpedance, {"damping_ratio": -1.0}, "damping_ratio must be"),
-    ],
-)
-def test_impossible_gains_are_refused(kind, gains, message):
-    with pytest.raises(ControlError, match=message):
-        under_control(kind, **gains)
+def test_impossible_gains_are_refused():
+    robot = Robot(panda())
+    for kind, name, value, message in (
+        (JointImpedance, "stiffness", -1.0, "stiffness must be"),
+        (JointImpedance, "stiffness", [1.0, 2.0], "one for each of 7"),
+        (JointImpedance, "damping_ratio", float("nan"), "damping_ratio must be"),
+        (CartesianImpedance, "stiffness", [1.0, 2.0], "one for each of 3"),
+        (CartesianImpedance, "rotational_stiffness", np.inf, "rotational_stiffness must be"),
+        (CartesianImpedance, "posture_stiffness", -1.0, "posture_stiffness must be"),
+        (CartesianImpedance, "damping_ratio", -1.0, "damping_ratio must be"),
+    ):
+        with pytest.raises(ControlError, match=message):
+            kind(robot, **{name: value})

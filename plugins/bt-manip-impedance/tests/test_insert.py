@@ -1,50 +1,44 @@
 """A held peg is inserted with a limited force, and the arm gets its controller back."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import groupby
 
+import mujoco
 import numpy as np
 import pytest
 
 from bt_manip import build_station
 from bt_manip.behaviours import Grasp, Hover, Lift, OpenGripper, Reach, extent
 from bt_manip.bt import NodeStatus, Tree
+from bt_manip.testing import play
 from bt_manip_impedance import Insert
 from bt_manip_impedance.insert import spiral
 
 TOO_NARROW = 0.0145  # [m] radius of a hole that the peg of 15 mm does not fit into
+OFFSET = (0.0005, -0.001)  # [m] of a hole from the middle of the board
 
 
 @pytest.fixture(scope="module")
 def holding_the_peg(parts):
-    """Give a function that returns a station of a scene whose robot holds the peg."""
-    made = {}
+    """Give a function that returns a station whose robot holds the peg, for a scene and board."""
+
+    @cache
+    def built(name, board):
+        scene = parts.scenes.create(name)
+        *others, socket = scene.objects
+        socket = replace(socket, parameters={**socket.parameters, **dict(board)})
+        station = build_station(parts, scene=replace(scene, objects=(*others, socket)))
+        play(station, Hover(object="peg", height=0.15), Reach(object="peg"))
+        play(station, Grasp(object="peg", force=40.0), Lift(height=0.15))
+        return station, station.get_state()
 
     def holding_the_peg(scene="peg_on_table", **board):
-        key = (scene, *board.items())
-        if key not in made:
-            station = build_with_peg(parts, scene, board)
-            made[key] = station, station.get_state()
-        station, state = made[key]
+        station, state = built(scene, tuple((board or {"hole": TOO_NARROW}).items()))
         station.set_state(state)
         return station
 
     return holding_the_peg
-
-
-def build_with_peg(parts, scene, board):
-    scene = parts.scenes.create(scene)
-    *others, socket = scene.objects
-    socket = replace(socket, parameters={**socket.parameters, **board})
-    station = build_station(parts, scene=replace(scene, objects=(*others, socket)))
-    for behaviour in (
-        Hover("hover", object="peg", height=0.15),
-        Reach("reach", object="peg"),
-        Grasp("grasp", object="peg", force=40.0),
-        Lift("lift", height=0.15),
-    ):
-        assert station.run(behaviour).status is NodeStatus.SUCCESS
-    return station
 
 
 def insert(station, **ports):
@@ -66,7 +60,7 @@ def insert(station, **ports):
 
 
 def test_in_a_hole_that_is_too_narrow_the_stiffness_limits_the_force(holding_the_peg):
-    station = holding_the_peg(hole=TOO_NARROW)
+    station = holding_the_peg()
     behaviour, status, active, forces = insert(station)
     assert status is NodeStatus.FAILURE
     assert "stopped 0.0 mm deep in 'board'" in behaviour.feedback_message
@@ -76,7 +70,7 @@ def test_in_a_hole_that_is_too_narrow_the_stiffness_limits_the_force(holding_the
 
 
 def test_a_stiff_controller_exceeds_the_allowed_force(holding_the_peg):
-    station = holding_the_peg(hole=TOO_NARROW)
+    station = holding_the_peg()
     behaviour, status, _, _ = insert(station, controller="computed_torque")
     assert status is NodeStatus.FAILURE
     assert "at most 30 N are allowed" in behaviour.feedback_message
@@ -85,23 +79,70 @@ def test_a_stiff_controller_exceeds_the_allowed_force(holding_the_peg):
 def test_a_hole_that_is_not_where_it_should_be_is_found_under_the_compliant_controller(
     holding_the_peg,
 ):
-    station = holding_the_peg("peg_in_hole", offset=(0.0005, -0.001))
+    station = holding_the_peg("peg_in_hole", offset=OFFSET)
     behaviour, status, active, forces = insert(station, search=0.004)
     assert status is NodeStatus.SUCCESS, behaviour.feedback_message
     assert active == ["computed_torque", "cartesian_impedance", "computed_torque"]
     assert max(forces) < 30.0
     off = station.cell.pose("peg").translation - station.cell.pose("board").translation
-    assert off[:2] == pytest.approx([0.0005, -0.001], abs=6e-4)
+    assert off[:2] == pytest.approx(OFFSET, abs=6e-4)
     bottom, top = extent(station.cell, "peg")[0], extent(station.cell, "board")[1]
     assert bottom[2] < top[2] - 0.027
 
 
 def test_a_hole_outside_of_the_searched_circle_is_not_found(holding_the_peg):
-    station = holding_the_peg("peg_in_hole", offset=(0.005, 0.0))
-    behaviour, status, _, forces = insert(station, search=0.001)
+    station = holding_the_peg("peg_in_hole", offset=OFFSET)  # 1.12 mm, of which 0.5 mm are play
+    behaviour, status, _, forces = insert(station, search=0.0003)
     assert status is NodeStatus.FAILURE
-    assert "found no hole within 1.0 mm" in behaviour.feedback_message
+    assert "found no hole within 0.3 mm" in behaviour.feedback_message
     assert max(forces) < 15.0
+
+
+def test_the_peg_is_lowered_pressed_moved_on_a_spiral_and_pushed_where_it_caught(
+    holding_the_peg, monkeypatch
+):
+    station = holding_the_peg("peg_in_hole", offset=OFFSET)
+    arm, data, moves = station.arm, station.cell.data, []
+    peg = int(station.cell.model.jnt_qposadr[station.cell.model.body("peg/").jntadr[0]])
+    for name in ("move_to_pose", "move_linear", "move_path"):
+        monkeypatch.setattr(arm, name, lambda *given, **more: moves.append((*given, more)))
+    top, at = extent(station.cell, "board")[1][2], station.cell.pose("board").translation
+    leaf = Insert("insert", object="peg", socket="board", search=0.004)
+    tree = Tree(leaf, clock=station.clock)
+    tree.setup(**station.infrastructure)
+
+    def tick(depth):
+        """Tick with the bottom of the peg at a depth; return a new motion, or the status."""
+        data.qpos[peg + 2] += top - depth - extent(station.cell, "peg")[0][2]
+        mujoco.mj_kinematics(station.cell.model, data)
+        before, status = len(moves), tree.tick()
+        return moves[-1] if len(moves) > before else status
+
+    def bottom(T):
+        """Return the bottom of the held peg and its axis, with the tool at a pose."""
+        T_wo = T * station.robot.tool_pose.actInv(station.cell.pose("peg"))
+        return T_wo.act(np.array([0.0, 0.0, -0.045])), T_wo.rotation[:, 2]
+
+    assert tree.tick() is NodeStatus.RUNNING
+    for (T, given), height, expected in zip(
+        moves, (0.005, -0.006), ({"speed": 1.0}, {"speed": 0.04, "contact": True}), strict=True
+    ):  # 6 mm are 6 N at 1000 N/m
+        place, axis = bottom(T)
+        assert place == pytest.approx((*at[:2], top + height), abs=2e-5)
+        assert axis == pytest.approx((0.0, 0.0, 1.0), abs=1e-4) and given == expected
+    steps, speed, given = tick(0.0014)
+    assert (speed, given) == (0.2, {"blend": 0.0005, "contact": True})
+    start = arm.model.pose(arm.q)
+    circles = list(spiral(start.translation, 0.004, 0.0005))
+    for step, (via, end) in zip(steps, circles, strict=True):
+        assert step.via == pytest.approx(via, abs=2e-4)
+        assert step.pose.translation == pytest.approx(end, abs=2e-4)
+    assert tick(0.0014) is NodeStatus.RUNNING
+    T, given = tick(0.0016)
+    caught = station.cell.pose("peg").act(np.array([0.0, 0.0, -0.045]))
+    assert bottom(T)[0] == pytest.approx((*caught[:2], top - 0.03), abs=5e-4)
+    assert given == {"speed": 0.1, "contact": True}
+    assert (tick(0.0279), tick(0.0281)) == (NodeStatus.RUNNING, NodeStatus.SUCCESS)
 
 
 def test_the_half_circles_of_a_spiral_touch_and_cover_the_circle():

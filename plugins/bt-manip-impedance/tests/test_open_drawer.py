@@ -1,67 +1,168 @@
 """A drawer is pulled open by its handle, with a limited force."""
 
-from dataclasses import replace
+import math
 from types import SimpleNamespace
 
-from bt_manip import build_station
+import numpy as np
+import pytest
+
+from bt_manip import build_station, spatial
 from bt_manip.behaviours import CloseGripper
-from bt_manip.bt import NodeStatus
-from bt_manip.evaluation import why_not
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.cell import Cell
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip_impedance import IsOpen, PullOpen, ReachHandle
+from bt_manip_impedance import Drawer, IsOpen, PullOpen, ReachHandle
+
+TURN = spatial.pose((0.0, 0.0, 0.0), (math.cos(0.2), 0.0, 0.0, math.sin(0.2)))
 
 
-def at_the_handle(parts, **drawer):
-    """Return a station whose robot holds the handle."""
-    scene = parts.scenes.create("open_drawer")
-    *others, fixture = scene.objects
-    scene = replace(scene, objects=(*others, replace(fixture, parameters=drawer)))
-    station = build_station(parts, scene=scene)
+@pytest.fixture(scope="module")
+def built(parts):
+    """Return a station of the drawer, and its states before and while the handle is held."""
+    station = build_station(parts, scene=parts.scenes.create("open_drawer"))
+    states = [station.get_state()]
     for behaviour in (ReachHandle("reach", object="drawer"), CloseGripper("close", force=50.0)):
         assert station.run(behaviour).status is NodeStatus.SUCCESS
-    return station
+    return station, (*states, station.get_state())
 
 
-def test_the_motion_that_was_blocked_is_the_one_that_is_made_again():
-    motions = {"start": "over", "_move_down": "down", "begin_motion": lambda motion: motion}
-    for phase in ("over", "down"):
-        assert ReachHandle.begin_again(SimpleNamespace(_phase=phase, **motions)) == phase
+@pytest.fixture
+def at_the_handle(built):
+    """Give a function that returns the station, with a friction of the slide [N]."""
+
+    def at_the_handle(resistance=10.0, held=True):
+        station, states = built
+        station.set_state(states[held])
+        slide = station.cell.model.joint("drawer/slide").dofadr[0]
+        station.cell.model.dof_frictionloss[slide] = resistance
+        return station
+
+    return at_the_handle
 
 
-def test_a_drawer_is_open_after_it_has_been_pulled(parts):
-    station = at_the_handle(parts, resistance=10.0)
+@pytest.fixture
+def moves(built, monkeypatch):
+    """Record the motions of the arm, instead of moving it."""
+    moves = []
+    for name in ("move_to_pose", "move_linear"):
+        monkeypatch.setattr(built[0].arm, name, lambda T, **given: moves.append((T, given)))
+    return moves
+
+
+def test_the_gripper_moves_over_the_handle_of_a_turned_drawer_and_then_down(
+    at_the_handle, moves, monkeypatch
+):
+    station = at_the_handle(held=False)
+    T_wd = station.cell.pose("drawer") * TURN
+    monkeypatch.setattr(station.cell, "pose", lambda name: T_wd)
+    leaf = ReachHandle("reach", object="drawer")
+    leaf.setup(**station.infrastructure)
+    for begin in (leaf.start, leaf.begin_again, leaf.arrived, leaf.begin_again):
+        begin()
+    (over, given), over_again, (down, slowly), down_again = moves
+    assert over_again[1] == given and down_again[1] == slowly  # after it was blocked
+    handle = T_wd.act(np.array([-0.15 - 0.04, 0.0, 0.06]))
+    assert given == {"speed": 1.0, "approach": 0.12} and slowly == {"speed": 1.0}
+    for T, side in zip(over, (1.0, -1.0), strict=True):
+        assert T.translation == pytest.approx(handle + (0.0, 0.0, 0.12))
+        assert T.rotation[:, 0] == pytest.approx(side * T_wd.rotation[:, 0])
+        assert T.rotation[:, 2] == pytest.approx((0.0, 0.0, -1.0))
+    assert down.translation == pytest.approx(handle)
+    assert down.rotation[:, 2] == pytest.approx((0.0, 0.0, -1.0))
+    assert down.rotation[:, 0] @ station.robot.tool_pose.rotation[:, 0] > 0.0  # the nearer one
+
+
+def test_a_drawer_is_open_after_it_has_been_pulled(at_the_handle):
+    station = at_the_handle()
     is_open = IsOpen("open", object="drawer")
     assert station.run(is_open).status is NodeStatus.FAILURE
     assert 0.35 < is_open.progress() < 0.45  # the handle is held
     assert station.run(PullOpen("pull", object="drawer")).status is NodeStatus.SUCCESS
     station.cell.step(300)
     assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.SUCCESS
-    assert 0.15 <= station.cell.find("drawer").opening < 0.17
+    assert 0.155 <= station.cell.find("drawer").opening < 0.17
     station.cell.data.joint("drawer/slide").qvel = -0.1
     assert is_open.why_not() == "'drawer' moves at -100 mm/s"
     assert station.controllers.active == "computed_torque"
 
 
-def test_a_drawer_that_is_stuck_is_not_pulled_with_more_than_the_allowed_force(parts):
-    station = at_the_handle(parts, resistance=200.0)
+def test_a_drawer_that_is_stuck_is_not_pulled_with_more_than_the_allowed_force(at_the_handle):
+    station = at_the_handle(resistance=200.0)
     behaviour = PullOpen("pull", object="drawer", max_force=20.0)
     assert station.run(behaviour).status is NodeStatus.FAILURE
     assert "at most 20 N are allowed" in behaviour.feedback_message
     assert station.cell.find("drawer").opening < 0.01
 
 
-def test_a_handle_that_is_not_held_is_not_pulled(parts):
-    station = build_station(parts, scene=parts.scenes.create("open_drawer"))
-    behaviour = PullOpen("pull", object="drawer")
+@pytest.mark.parametrize(
+    ("opened", "reason"),
+    [
+        (0.0, "'drawer' stopped 0 mm open, expected 150 mm"),
+        (0.1549, "the handle of 'drawer' was lost 155 mm open"),
+        (0.1551, ""),
+    ],
+)
+def test_the_tool_goes_3_cm_farther_than_asked_and_a_drawer_is_open_5_mm_beyond_it(
+    at_the_handle, moves, opened, reason
+):
+    station = at_the_handle()
+    slide, start = station.cell.data.joint("drawer/slide"), station.robot.tool_pose
+    slide.qpos = before = min(opened, 0.01)
+    leaf = PullOpen("pull", object="drawer")
+    tree = Tree(leaf, clock=station.clock)
+    tree.setup(**station.infrastructure)
+    while (status := tree.tick()) is NodeStatus.RUNNING:
+        slide.qpos, slide.qvel = opened, 0.0
+        station.cell.step(10)
+        slide.qpos, slide.qvel = opened, 0.0
+    assert (leaf.feedback_message if status is NodeStatus.FAILURE else "") == reason
+    ((T, given),) = moves
+    away = station.cell.pose("drawer").rotation.T @ (T.translation - start.translation)
+    assert away == pytest.approx((before - 0.15 - 0.03, 0.0, 0.0), abs=2e-4)
+    assert given == {"speed": 0.2, "contact": True}
+
+
+def test_a_handle_that_is_not_held_is_not_pulled_and_no_drawer_beyond_its_travel(at_the_handle):
+    station, behaviour = at_the_handle(held=False), PullOpen("pull", object="drawer")
     assert station.run(behaviour).status is NodeStatus.FAILURE
     is_open = IsOpen("open", object="drawer")
     assert station.run(is_open).status is NodeStatus.FAILURE
     assert 0.0 < is_open.progress() < 0.2
     assert behaviour.feedback_message == "the gripper does not hold 'drawer'"
+    for opening, reason in ((0.1949, "does not hold"), (0.1951, "'drawer' opens by 0.2 m at most")):
+        behaviour = PullOpen("pull", object="drawer", opening=opening)
+        assert station.run(behaviour).status is NodeStatus.FAILURE
+        assert reason in behaviour.feedback_message
 
 
-def test_a_handle_that_is_too_thin_for_the_gripper_is_found_before_a_run(parts, monkeypatch):
-    assert why_not("open_drawer", "panda", parts, starts=1) == ""
-    monkeypatch.setattr(TwoFingerGripper, "min_object_width", 0.02)
-    reason = why_not("open_drawer", "panda", parts, starts=1)
-    assert reason.startswith("PullOpen: the gripper closes to 20.0 mm only")
+def test_progress_is_that_of_the_nearest_tool_of_the_grip_and_of_the_drawer():
+    cell, hand = Cell(), SimpleNamespace(held=())
+    at = spatial.pose((0.1, 0.6, 0.2)) * TURN
+    cell.add(Drawer(), at, name="drawer")
+    places = (0.3, -0.1, 0.15), (0.0, 0.5, 0.3)
+    tools = [SimpleNamespace(tool_pose=spatial.pose(place)) for place in places]
+    robots = dict(enumerate(SimpleNamespace(gripper=hand, robot=tool) for tool in tools))
+    is_open = IsOpen("open", object="drawer", opening=0.1)
+    is_open.setup(cell=cell, robots=robots)
+    cell.data.qpos[0] = 0.03
+    handle = at.act(np.array([-0.15 - 0.03 - 0.04, 0.0, 0.06]))
+    near = 1.0 - np.tanh(np.linalg.norm(handle - places[1]) / 0.2)
+    assert is_open.progress() == pytest.approx(0.2 * max(near, 0.3) + (0.2 + 0.6) * 0.3)
+    hand.held = ("drawer",)
+    assert is_open.progress() == pytest.approx(0.2 * max(near, 0.3) + 0.2 + 0.6 * 0.3)
+    for opening, speed, met in ((0.099, 0.0, 0), (0.101, 0.004, 1), (0.101, -0.006, 0)):
+        cell.data.qpos[0], cell.data.qvel[0] = opening, speed
+        assert (is_open.why_not() == "") == met
+
+
+def test_a_handle_that_is_too_thin_for_the_gripper_is_found_before_a_run(
+    at_the_handle, monkeypatch
+):
+    leaf = PullOpen("pull", object="drawer")
+    leaf.setup(**at_the_handle().infrastructure)
+    for least, reason in (
+        (0.0159, ""),
+        (0.02, "the gripper closes to 20.0 mm only, the handle of 'drawer' is 16 mm thick"),
+    ):
+        monkeypatch.setattr(TwoFingerGripper, "min_object_width", least)
+        assert leaf.why_infeasible() == reason

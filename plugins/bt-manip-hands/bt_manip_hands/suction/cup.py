@@ -5,10 +5,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from bt_manip import spatial
 from bt_manip.cell import literal_name
 from bt_manip.exceptions import did_you_mean
-from bt_manip.robots import Robot, RobotError
+from bt_manip.grippers import BodySurface
+from bt_manip.robots import Robot, RobotError, site_pose
 
+from ..touch import add_touch_sensor
 from .lip import LIP_RADIUS, LIP_TRAVEL, MAX_SAG, ring
 from .parameters import SuctionParameters
 
@@ -16,7 +19,6 @@ _NAME = "suction_cup"
 _BELL = 0.5  # height of the bell in diameters
 _STEM = 0.3  # diameter of the stem in diameters
 _MASSES = (1e-3, 0.015, 0.03)  # [kg] of each sphere of the lip, of bell and stem
-_SENSOR_REACH = 0.3  # [m] radius of the sensor zone, large enough for all contacts of the cup
 _SOLMIX = 1e6  # weight of the lip's contact parameters; that of other geoms is 1
 _SOLREF = (0.004, 1.0)
 _SOLIMP = (0.95, 0.95, 0.001)  # a stiffer lip bounces off light objects, a softer one creeps
@@ -52,7 +54,8 @@ class Cup:
         hollow: Whether round faces reach into it.
 
     Raises:
-        RobotError: If the model lacks the described actuator, or has several and none is named.
+        RobotError: If the model lacks the described actuator, has several and none is named, or the
+            cup has no collision geometry.
     """
 
     def __init__(self, robot: Robot, parameters: SuctionParameters) -> None:
@@ -78,12 +81,7 @@ class Cup:
                 gap=LIP_TRAVEL, condim=6, friction=(0.0, lever, lever),
                 priority=0, solmix=_SOLMIX, solref=_SOLREF, solimp=_SOLIMP,
             )  # fmt: skip
-        # Group 5 is hidden in all viewers by default.
-        site = self.body.add(
-            "site", name=f"{_NAME}_touch", type="sphere", size=(_SENSOR_REACH,), group=5,
-            rgba=(0, 0, 0, 0),
-        )  # fmt: skip
-        self._sensor = self.body.root.sensor.add("touch", name=f"{_NAME}_touch", site=site)
+        self._sensor = add_touch_sensor(self.body, f"{_NAME}_touch")
 
     def bind(self, model: mujoco.MjModel) -> None:
         """Bind to a compiled model.
@@ -153,15 +151,15 @@ def _build(robot: Robot, parameters: SuctionParameters) -> Any:
 
 def _measure(robot: Robot, body: Any) -> float:
     """Return the width of a cup orthogonal to the tool's z axis: the smaller of x and y [m]."""
-    root = robot.mjcf_model
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
-    data = mujoco.MjData(model)
+    model, data = robot.alone, mujoco.MjData(robot.alone)
     mujoco.mj_kinematics(model, data)
-    R_wt = data.site(robot.tool_site.full_identifier).xmat.reshape(3, 3)
-    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
-    for geom in np.flatnonzero(model.geom_bodyid == model.body(body.full_identifier).id):
-        R = R_wt.T @ data.geom_xmat[geom].reshape(3, 3)
-        centre = R_wt.T @ data.geom_xpos[geom] + R @ model.geom_aabb[geom, :3]
-        half = np.abs(R) @ model.geom_aabb[geom, 3:]
-        lower, upper = np.minimum(lower, centre - half), np.maximum(upper, centre + half)
-    return float((upper - lower)[:2].min())
+    number, tool = (
+        int(model.body(one.full_identifier).id) for one in (body, robot.tool_site.parent)
+    )
+    T_wc, T_wb = (spatial.pose(data.xpos[b], data.xquat[b]) for b in (number, tool))
+    T_wt = T_wb * site_pose(model, robot.tool_site)
+    surface = BodySurface(model, number).beyond(T_wt.actInv(T_wc), -np.inf)
+    if not len(surface):
+        where, name = robot.description.where, model.body(number).name
+        raise RobotError(f"{where}: the cup '{name}' has no collision geometry")
+    return float(np.ptp(surface, axis=0)[:2].min())

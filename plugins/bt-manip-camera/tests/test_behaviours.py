@@ -13,7 +13,14 @@ from bt_manip.exceptions import MotionError
 from bt_manip.scenes import ExpectedObjects, SceneObject
 from bt_manip.spatial import pose
 from bt_manip_camera import behaviours
-from bt_manip_camera.behaviours import DetectTags, EstimatePose, IsSeen, LookAt, SeeObjects
+from bt_manip_camera.behaviours import (
+    DetectTags,
+    EstimatePose,
+    IsSeen,
+    LookAt,
+    SeeObjects,
+    chosen_camera,
+)
 from bt_manip_camera.behaviours import WaitUntilSeen as Wait
 from bt_manip_camera.beliefs import beliefs, latest_detections
 from bt_manip_camera.camera import DepthCamera
@@ -23,7 +30,7 @@ from bt_manip_camera.perception import Perception
 from bt_manip_camera.seen import SeenPoses
 from bt_manip_camera.tags import SeenTag
 
-from .test_cast_frames import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast, painted
+from .test_segmentation import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast, painted
 
 EMPTY, CUBE = cast(size=(0.3, 0.3, 0.01)), cast(size=(0.05, 0.05, 0.05), yaw=0.4)
 
@@ -142,6 +149,21 @@ def test_a_real_arm_needs_frames_of_a_camera_and_a_simulated_one_opengl_without_
         setup("b", "real")
 
 
+def test_a_camera_is_the_named_or_the_only_one_and_one_that_looks_is_on_a_robot():
+    one, other = DepthCamera(), DepthCamera(mount="arm")
+    assert chosen_camera("", {"a": one}) == ("a", one)
+    assert chosen_camera("b", {"a": one, "b": other}) == ("b", other)
+    for name, cameras, why in (
+        ("", {}, "the scene has no depth_camera"),
+        ("", {"a": one, "b": other}, r"which camera\? The scene has a, b"),
+        ("aye", {"eye": one}, "no depth_camera 'aye'; did you mean 'eye'"),
+    ):
+        with pytest.raises(CellError, match=why):
+            chosen_camera(name, cameras)
+    with pytest.raises(CellError, match="camera 'a' is on no robot that could move it"):
+        LookAt().setup(cell=Cell(), sensors={"a": one}, robots={"": SimpleNamespace(arm=None)})
+
+
 def test_frames_of_a_moving_camera_are_not_used_and_not_waited_for_longer_than_1_s(
     cell, until_done, monkeypatch
 ):
@@ -212,8 +234,12 @@ def test_a_thing_is_gone_where_what_is_seen_is_lower_than_a_quarter_of_it(
     assert poses.source.lost == {"box"} and not poses.source.seen
     poses.source.lost.clear()
     holding = {"arm": SimpleNamespace(gripper=SimpleNamespace(held=("box",)))}
-    Perception(cell, poses, holding, models).lose(["box", "cube"])
+    with_box = Perception(cell, poses, holding, models)
+    with_box.lose(["box", "cube"])
     assert poses.source.lost == {"cube"}  # the box is in the hand
+    frame = cast(size=(0.06, 0.04, 0.1))
+    for wanted, found in (((), set()), (("box",), {"box"})):  # it is another one, but for a wish
+        assert with_box.see(frame, 1.0, wanted).found.keys() == found
 
 
 def test_the_latest_detections_are_shown_and_beliefs_beside_the_truth(cell, poses):

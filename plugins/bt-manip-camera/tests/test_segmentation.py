@@ -182,6 +182,18 @@ def test_a_top_is_exact_where_the_surface_around_it_tells_the_error_of_the_depth
     assert found == pytest.approx((200 / 255, 30 / 255, 60 / 255, 0.7564 / 400.0))
 
 
+def test_the_surface_on_any_side_tells_the_error_of_the_depths():
+    for rows, columns in (
+        ((0, 30), (0, WIDTH)), ((HEIGHT - 30, HEIGHT), (0, WIDTH)),
+        ((0, HEIGHT), (0, 30)), ((0, HEIGHT), (WIDTH - 30, WIDTH)),
+    ):  # fmt: skip
+        (seen,) = find_clusters(painted((rows, columns, 0.05), error=4e-3), 1.0)
+        assert seen.height == pytest.approx(0.05, abs=1e-9)
+    (seen,) = find_clusters(painted(((0, HEIGHT), (0, WIDTH), 0.05), error=4e-3), 1.0)
+    assert seen.height == pytest.approx(0.046)  # without any
+    assert not find_clusters(painted()._replace(depth=np.zeros((HEIGHT, WIDTH))))
+
+
 @pytest.mark.parametrize("turn", [0.0, np.pi])
 def test_the_surface_within_15_cm_tells_the_error_of_the_depths_and_not_that_farther_away(turn):
     error = np.full((HEIGHT, WIDTH), 4e-3)
