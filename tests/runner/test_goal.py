@@ -79,8 +79,7 @@ def test_each_object_of_one_name_counts(cell, station):
 
 def test_what_was_judged_is_not_judged_again_when_the_container_goes(cell, station):
     tree = Tree(AlwaysSuccess(), clock=station.clock, goal=goal())
-    resumed = GoalJudge(tree, cell)
-    tree.setup(**station.infrastructure)  # it makes the conditions of the goal
+    tree.setup(**station.infrastructure)
     tree.blackboard["object"] = "cube"
     cell.add(Cube(), IN_BASKET, name="cube")
     cell.step(500)
