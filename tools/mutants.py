@@ -294,6 +294,10 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "time.sleep(0.0001)": "how often it looks whether setpoints have passed",
+    "time.sleep(0.0004)": "how often it looks whether setpoints have passed",
+    "KEPT_SETPOINTS = 4096": "how many seconds of readings are kept for a parent that is busy",
+    "KEPT_SETPOINTS = 16384": "how many seconds of readings are kept for a parent that is busy",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -170,8 +170,7 @@ class ArmWorker:
                 self._end()
             problem = state.problem or self._refused
             held = _held(state)
-            oldest = max(before, self._setpoint - KEPT_SETPOINTS) + 1
-            for number in range(oldest, self._setpoint + 1):
+            for number in range(before + 1, self._setpoint + 1):
                 shared.write(number, state, self._reference(number) if self._streaming else held)
             if problem != shared.problem:
                 shared.set_problem(problem, state.recoverable or not state.problem)
@@ -336,7 +335,6 @@ class ArmWorker:
             kept = self._table[max(0, oldest - self._first) : begin]
             held = np.repeat(self._table[-1:], first - oldest - len(kept), axis=0)
             self._first, self._table = oldest, np.concatenate([kept, held, setpoints])
-            self._rested = 0
             return "", ""
         try:
             self._device.start()

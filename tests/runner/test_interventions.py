@@ -1,4 +1,4 @@
-"""Bodies are pulled and statuses are set from outside, reproducibly."""
+"""Interventions from outside, reproducibly: Perturbations pull bodies, overrides set statuses."""
 
 import json
 
