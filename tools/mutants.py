@@ -294,6 +294,8 @@ ARGUED = {
     "() - 60, 0), ": "how much of the surface around an object corrects its depths",
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
+    "self._repeated = -1  #": "set at each start of a motion, before anything reads it",
+    "self._repeated = 1  #": "set at each start of a motion, before anything reads it",
     "time.sleep(0.0001)": "how often it looks whether setpoints have passed",
     "time.sleep(0.0004)": "how often it looks whether setpoints have passed",
     "KEPT_SETPOINTS = 4096": "how many seconds of readings are kept for a parent that is busy",
