@@ -57,7 +57,9 @@ def _leaves() -> tuple[BehaviourRegistry, list[Event]]:
     return corpus_registry(log), log
 
 
-class _Clock:
+class Clock:
+    """A clock that stands still until a test moves it."""
+
     def __init__(self) -> None:
         self.time = 0.0
 
@@ -74,7 +76,7 @@ def run(document: str | Path, options: Options) -> EngineTrace:
     """
     registry, log = _leaves()
     log.clear()
-    clock = _Clock()
+    clock = Clock()
     read: Any = load_tree if isinstance(document, Path) else parse_tree
     trace = EngineTrace()
     try:
@@ -94,9 +96,7 @@ def run(document: str | Path, options: Options) -> EngineTrace:
     return trace
 
 
-def _tick(
-    tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: EngineTrace
-) -> None:
+def _tick(tree: Tree, options: Options, clock: Clock, log: list[Event], trace: EngineTrace) -> None:
     for number in range(1, options.ticks + 1):
         if number == options.halt_before:
             log.clear()
