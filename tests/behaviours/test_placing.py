@@ -88,6 +88,18 @@ def test_free_places_are_2_cm_from_neighbours_on_the_side_where_they_are(size):
     assert len(empty) == 49 and len(expected) == 46
 
 
+def test_places_on_a_turned_support_are_along_its_own_axes():
+    cell, turn = Cell(), 0.3
+    place = spatial.pose((0.5, -0.2, 0.1), (np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)))
+    cell.add(Box(size=(0.4, 0.6, 0.2)), place, name="tray", free=False)
+    support = find_support(cell, "tray")
+    assert support.half == pytest.approx([0.2, 0.3])
+    for x, y in ((0.0, 0.0), (0.1, -0.25)):
+        along = [x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)]
+        expected = [0.5 + along[0], -0.2 + along[1], 0.2]
+        assert support.at(np.array([x, y])) == pytest.approx(expected)
+
+
 def test_boards_of_a_shelf_are_supports(with_the_cube, trial):
     cell = with_the_cube.cell
     shelf = Shelf(size=(0.2, 0.3, 0.2))
