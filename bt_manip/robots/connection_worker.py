@@ -274,7 +274,6 @@ class ArmWorker:
         return np.asarray((1.0 - s**3 * (10.0 - 15.0 * s + 6.0 * s**2)) * self._offset)
 
     def _end(self) -> None:
-        """End the motion."""
         self._streaming, self._rested = False, 0
         try:
             self._device.finish()
@@ -297,7 +296,6 @@ class ArmWorker:
             self._orphaned = True
 
     def _command(self, kind: str, *arguments: Any) -> None:
-        """Execute a command for an arm at rest."""
         try:
             if kind == "recover":
                 self._refused = ""
@@ -471,7 +469,6 @@ def main(descriptor: int) -> None:
 
 
 def _about(device: ArmDevice) -> dict[str, str]:
-    """Return the fields of a report about an arm and its process."""
     scheduling = {}
     if device.realtime:
         fifo = hasattr(os, "SCHED_FIFO") and bool(os.sched_getscheduler(0) & os.SCHED_FIFO)
@@ -492,30 +489,26 @@ def serve_gripper(pipe: Connection, factory: str, address: str) -> None:
 def _serve_connected(pipe: Connection, device: GripperDevice) -> None:
     """Home a connected gripper and execute commands until the pipe ends; end the pipe."""
     with pipe:
-        _execute_commands(pipe, device)
-
-
-def _execute_commands(pipe: Connection, device: GripperDevice) -> None:
-    try:
-        device.home()
-    except BtManipError as error:
-        pipe.send(("error", str(error)))
-        return
-    try:
-        pipe.send(("connected",))
-        while True:
-            done: tuple[Any, ...] = ()
-            try:
-                if pipe.poll(IDLE_PERIOD):
-                    number, kind, *arguments = pipe.recv()
-                    done = (number, False, "")
-                    done = (number, getattr(device, kind)(*arguments) is not False, "")
-                state = tuple(device.read())
-            except DeviceError as error:
-                done = (done[0], False, str(error)) if done else ()
-                state = (np.nan, False, str(error))
-            pipe.send(("state", done, state))
-    except (EOFError, OSError):
-        pass
-    finally:
-        device.close()
+        try:
+            device.home()
+        except BtManipError as error:
+            pipe.send(("error", str(error)))
+            return
+        try:
+            pipe.send(("connected",))
+            while True:
+                done: tuple[Any, ...] = ()
+                try:
+                    if pipe.poll(IDLE_PERIOD):
+                        number, kind, *arguments = pipe.recv()
+                        done = (number, False, "")
+                        done = (number, getattr(device, kind)(*arguments) is not False, "")
+                    state = tuple(device.read())
+                except DeviceError as error:
+                    done = (done[0], False, str(error)) if done else ()
+                    state = (np.nan, False, str(error))
+                pipe.send(("state", done, state))
+        except (EOFError, OSError):
+            pass
+        finally:
+            device.close()
