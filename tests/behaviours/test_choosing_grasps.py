@@ -21,7 +21,6 @@ def cleared(station):
 
 
 def put(station, thing, x, y, *, yaw=0.0, name="it", **options):
-    """Stand a thing on the table."""
     turn = (np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw))
     z = TABLE + thing.rest_height
     station.cell.add(thing, spatial.pose((x, y, z), turn), name=name, **options)

@@ -26,7 +26,6 @@ def engine_facts() -> Path:
 
 @pytest.fixture(scope="session")
 def repository() -> Path:
-    """Give the root of the repository."""
     return REPOSITORY
 
 
@@ -74,14 +73,11 @@ class Bench:
 
 @pytest.fixture
 def bench() -> Bench:
-    """Give a fresh bench."""
     return Bench()
 
 
 @pytest.fixture
 def leaf() -> Callable[..., str]:
-    """Give a function that writes a scripted leaf."""
-
     def write(name: str, outcomes: str, **attributes: str) -> str:
         more = "".join(f' {key}="{value}"' for key, value in attributes.items())
         return f'<Scripted name="{name}" outcomes="{",".join(outcomes)}"{more}/>'

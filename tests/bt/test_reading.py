@@ -22,8 +22,6 @@ from bt_manip.exceptions import NodeError, TreeError
 
 
 class Reach(Action):
-    """Reach for an object."""
-
     object = Input(str, doc="name of the object")
     height = Input(float, default=0.1)
 

@@ -52,8 +52,6 @@ class Hover(Action):
 
 
 class Mystery(Action):
-    """Hold something that no text can say."""
-
     thing = Input(dict)
 
     def update(self):
@@ -92,7 +90,6 @@ DOCUMENT = """\
 
 
 def content(element):
-    """What an element says, whatever the order of its attributes."""
     attributes = sorted((a.name, a.value) for a in element.attributes.values())
     inside = [
         content(item) if hasattr(item, "name") else item.text.strip() for item in element.content

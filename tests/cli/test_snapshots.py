@@ -16,8 +16,6 @@ from bt_manip.runner import load_snapshot, save_snapshot
 
 @pytest.fixture
 def digest(bt_manip, tmp_path):
-    """Run a tree and give the digest of its report."""
-
     def digest(tree, *options) -> str:
         report = tmp_path / "report.json"
         outcome = bt_manip("run", tree, "--quiet", "--report", report, *options)

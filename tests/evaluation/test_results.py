@@ -21,8 +21,6 @@ def result(episode, point=0):
 
 @dataclass(frozen=True)
 class Measured(EpisodeResult):
-    """A result with one more column."""
-
     distance: float | None = None
 
 

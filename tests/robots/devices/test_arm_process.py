@@ -123,7 +123,6 @@ def work(device, parent, limits):
 
 
 def run(device, motion, limits):
-    """Let a device execute a motion; return the shared readings."""
     return work(device, Parent(device, motion), limits)
 
 

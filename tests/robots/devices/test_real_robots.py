@@ -76,7 +76,6 @@ def station(parts, file):
 
 @pytest.fixture
 def reflex(station, file):
-    """Give a function that stops the arm with a reflex."""
     problem = Path(f"{file}.problem")
     yield lambda text="joint_reflex, joint 4": problem.write_text(text)
     problem.unlink(missing_ok=True)
