@@ -90,7 +90,9 @@ def test_a_pose_with_an_invalid_rotation_or_position_is_refused():
 def test_the_first_joint_outside_its_limits_is_named():
     one = np.ones(3)
     limits = MotionLimits(-one, one, one, one, one, one)
-    limits.checked(one)
+    beyond = 1.0 + np.array([9e-7, -0.5, 1e-7])  # by rounding only
+    assert limits.checked(beyond).tolist() == [1.0, 0.5, 1.0]
+    assert limits.checked(-beyond).tolist() == [-1.0, -0.5, -1.0]
     for side in (-one, one):
         assert limits.contain(side) and limits.contain(1.09 * side, 0.1)
         assert not limits.contain(1.01 * side) and not limits.contain(1.11 * side, 0.1)
