@@ -84,12 +84,6 @@ def test_a_process_killed_between_part_and_journal_leaves_no_row_twice(folder, t
     assert parquet.read_table(tmp_path / "out").num_rows == 1
 
 
-def test_a_folder_of_another_evaluation_is_refused(folder):
-    folder().close()
-    with pytest.raises(BtManipError, match="of another evaluation: seed 0 instead of 3"):
-        folder(seed=3)
-
-
 def test_a_file_of_another_evaluation_in_the_folder_is_refused(folder, tmp_path):
     folder().close()
     with ResultFolder(tmp_path / "other", {**IDENTITY, "seed": 3}, POINTS) as other:
