@@ -59,6 +59,7 @@ def test_at_rest_in_the_middle_nothing_is_used(statistics):
     use = statistics.limit_use
     assert (use.position, use.velocity, use.acceleration, use.jerk, use.effort) == (0.0,) * 5
     assert (statistics.tracking_error, statistics.deflection) == (None, 0.0)
+    assert (statistics.torque_rate, statistics.tool_speed) == (0.0, 0.0)
 
 
 def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
@@ -76,11 +77,15 @@ def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
     assert use.effort == pytest.approx(0.25)
 
 
-def test_jerk_is_the_difference_of_reference_accelerations(statistics):
-    statistics.update(rows(3, a_ref=column((0.0, 0.0), (0.5, 0.0), (0.5, -1.5))))
+def test_rates_are_differences_between_the_steps_of_a_block(statistics):
+    tool = np.outer([0.0, 2.0, 4.0], [1e-3, -2e-3, 2e-3])  # 6 mm a step
+    a_ref = column((0.0, 0.0), (0.5, -1.5), (1.0, -3.0))
+    statistics.update(rows(3, a_ref=a_ref, tau=a_ref, tool=tool))
     # joint 0: 0.5 / 1 ms = 500 of 1000; joint 1: 1.5 / 1 ms = 1500 of 2000.
     assert statistics.limit_use.jerk == pytest.approx(0.75)
-    assert statistics.limit_use.acceleration == pytest.approx(0.075)
+    assert statistics.limit_use.acceleration == pytest.approx(0.15)
+    assert statistics.torque_rate == pytest.approx(1500.0)
+    assert statistics.tool_speed == pytest.approx(6.0)
 
 
 def test_differences_reach_across_blocks_and_cycles_whose_figures_begin_with_nothing(statistics):
@@ -115,11 +120,18 @@ def test_the_tracking_peak_has_joint_time_and_the_largest_effort_before(statisti
     assert (effort, after_contact) == (pytest.approx(0.4), None)
 
 
+@pytest.mark.parametrize("length", [1, 200])
 @pytest.mark.parametrize(("steps", "after_contact"), [(3, 3e-3), (99, 99e-3), (100, None)])
-def test_a_contact_up_to_100_ms_before_the_tracking_peak_is_noted(statistics, steps, after_contact):
-    statistics.update(rows(1, touches=touches(False)))
-    statistics.update(rows(steps - 1))
-    statistics.update(rows(1, q=column((0.01, 2.0)), v_ref=column((0.1, 0.0))))
+def test_a_contact_up_to_100_ms_before_the_tracking_peak_is_noted(
+    statistics, steps, after_contact, length
+):
+    touched = np.arange(steps + 1) == 0
+    q = np.where(np.arange(steps + 1)[:, None] == steps, [0.01, 2.0], [0.0, 2.0])
+    v_ref = np.where(q == 0.01, 0.1, 0.0)
+    for k in range(0, steps + 1, length):
+        part = slice(k, k + length)
+        block = rows(len(q[part]), q=q[part], v_ref=v_ref[part], touches=touches(*~touched[part]))
+        statistics.update(block)
     assert statistics.peak.after_contact == pytest.approx(after_contact)
 
 
@@ -164,15 +176,16 @@ def test_those_of_one_robot_are_its_own():
 
 def test_cycles_are_numbered_from_1():
     assert CycleFigures().number == RunFigures({}).cycle(0.0).number == 1
+    assert CycleFigures().duration_s == 0.0
 
 
 def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
     states = {
-        "left": RobotState((30.0, 20.0), ("cube",), 4),
+        "left": RobotState((30.0, 20.0), ("cube",)),
         "right": RobotState((60.0, 50.0), ("mug",), 7),
     }
     robots = {name: RobotFigures("ab", LIMITS, DT, partial(states.get, name)) for name in states}
-    run = RunFigures(robots)
+    run, alone = RunFigures(robots), RunFigures({})
     leaves = (("Lift", "up"), ("Grasp", "grip it"), ("Sleep", "rest"))
     described = [
         {
@@ -181,33 +194,45 @@ def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
             "name": name,
             "kind": "Action",
             "registration": kind,
-            "parent": 0,
+            "parent": 4,
         }
         for uid, (kind, name) in enumerate(leaves, 1)
     ]
-    run.handle(RunEvent(0.5, "tree", {"nodes": described}))
-    run.handle(RunEvent(2.0, "cycle", {"cycle": 4, "status": "RUNNING"}))
+    root = {"path": "all", "name": "all", "kind": "Control", "registration": "Sequence"}
+    described.append({**root, "uid": 4, "parent": 0})
+
+    def handle(time, kind, **data):
+        for figures in (run, alone):
+            figures.handle(RunEvent(time, kind, data))
+
+    def status(time, uid, status, robot=""):
+        handle(time, "status", uid=uid, status=status, robot=robot, reason="it slept")
+
+    handle(0.5, "tree", nodes=described)
+    handle(2.0, "cycle", cycle=4, status="RUNNING")
+    states["left"] = states["left"]._replace(saturated_steps=3)
     states["right"] = states["right"]._replace(saturated_steps=9)
     error = rows(3, q=column((0.0, 2.0), (0.0, 2.004), (0.0, 2.0)), v_ref=np.full((3, 2), 0.1))
     robots["left"].update(error._replace(t=2.3 + np.arange(3) * DT))
-    for uid, start, end, status, robot in (
-        (1, 2.0, 2.25, "SUCCESS", "left"),
-        (2, 2.25, 2.75, "SUCCESS", "right"),
-        (3, 2.75, 2.875, "IDLE", ""),
-    ):
-        about = {"uid": uid, "reason": "it slept", "robot": robot}
-        run.handle(RunEvent(start, "status", {**about, "status": "RUNNING"}))
-        run.handle(RunEvent(end, "status", {**about, "status": status}))
+    status(2.0, 1, "RUNNING", "left")
+    status(2.25, 1, "SUCCESS", "left")
+    status(2.25, 2, "RUNNING", "right")
+    status(2.26, 4, "RUNNING")
+    assert run.cycle(2.5).tracking_peak.leaf == "grip it"  # it is running, as its parent is
+    status(2.75, 2, "SUCCESS", "right")
+    status(2.75, 3, "RUNNING")
+    status(2.875, 3, "IDLE")
     cycle = run.cycle(3.0)
     assert (cycle.number, cycle.start, cycle.duration_s) == (5, 2.0, 1.0)
+    assert alone.cycle(3.0).phases == cycle.phases
     assert cycle.phases == (
         Phase("Lift", "up", "SUCCESS", "", 0.0, 0.25),
         Phase("Grasp", "grip it", "SUCCESS", "", 0.25, 0.5),
         Phase("Sleep", "rest", "HALTED", "it slept", 0.75, 0.125),
     )
     assert (cycle.robots["left"].grip_force_n, cycle.robots["right"].grip_force_n) == (None, 50.0)
-    assert (cycle.picked, cycle.grip_force_n, cycle.saturated_steps) == (("mug",), 50.0, 2)
+    assert (cycle.picked, cycle.grip_force_n, cycle.saturated_steps) == (("mug",), 50.0, 5)
     peak = cycle.tracking_peak
     assert (peak.joint, peak.leaf, peak.time_s) == ("b", "grip it", pytest.approx(0.301))
-    run.handle(RunEvent(3.0, "cycle", {"cycle": 5, "status": "RUNNING"}))
+    handle(3.0, "cycle", cycle=5, status="RUNNING")
     assert run.cycle(3.5).phases == () and run.cycle(3.5).saturated_steps == 0
