@@ -187,19 +187,14 @@ def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
     robots = {name: RobotFigures("ab", LIMITS, DT, partial(states.get, name)) for name in states}
     run, alone = RunFigures(robots), RunFigures({})
     leaves = (("Lift", "up"), ("Grasp", "grip it"), ("Sleep", "rest"))
+    control = {"kind": "Control", "registration": "Sequence"}
     described = [
-        {
-            "uid": uid,
-            "path": name,
-            "name": name,
-            "kind": "Action",
-            "registration": kind,
-            "parent": 4,
-        }
-        for uid, (kind, name) in enumerate(leaves, 1)
+        {"uid": 4, "path": "all", "name": "all", "parent": 0, **control},
+        {"uid": 5, "path": "inner", "name": "inner", "parent": 4, **control},
     ]
-    root = {"path": "all", "name": "all", "kind": "Control", "registration": "Sequence"}
-    described.append({**root, "uid": 4, "parent": 0})
+    for uid, (kind, name) in enumerate(leaves, 1):
+        action = {"kind": "Action", "registration": kind}
+        described.append({"uid": uid, "path": name, "name": name, "parent": 5, **action})
 
     def handle(time, kind, **data):
         for figures in (run, alone):
@@ -218,6 +213,8 @@ def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
     status(2.25, 1, "SUCCESS", "left")
     status(2.25, 2, "RUNNING", "right")
     status(2.26, 4, "RUNNING")
+    assert [node.depth for node in run.executions.nodes.values()] == [0, 1, 2, 2, 2]
+    assert [node.name for node in run.executions.running_leaves] == ["grip it"]
     assert run.cycle(2.5).tracking_peak.leaf == "grip it"  # it is running, as its parent is
     status(2.75, 2, "SUCCESS", "right")
     status(2.75, 3, "RUNNING")
