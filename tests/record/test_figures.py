@@ -219,6 +219,7 @@ def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
     status(2.75, 2, "SUCCESS", "right")
     status(2.75, 3, "RUNNING")
     status(2.875, 3, "IDLE")
+    status(2.9, 1, "FAILURE", "left")  # at once
     cycle = run.cycle(3.0)
     assert (cycle.number, cycle.start, cycle.duration_s) == (5, 2.0, 1.0)
     assert alone.cycle(3.0).phases == cycle.phases
@@ -226,6 +227,7 @@ def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
         Phase("Lift", "up", "SUCCESS", "", 0.0, 0.25),
         Phase("Grasp", "grip it", "SUCCESS", "", 0.25, 0.5),
         Phase("Sleep", "rest", "HALTED", "it slept", 0.75, 0.125),
+        Phase("Lift", "up", "FAILURE", "it slept", 0.9, 0.0),
     )
     assert (cycle.robots["left"].grip_force_n, cycle.robots["right"].grip_force_n) == (None, 50.0)
     assert (cycle.picked, cycle.grip_force_n, cycle.saturated_steps) == (("mug",), 50.0, 5)
