@@ -77,13 +77,15 @@ def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
     assert use.effort == pytest.approx(0.25)
 
 
-def test_rates_are_differences_between_the_steps_of_a_block(statistics):
-    tool = np.outer([0.0, 2.0, 4.0], [1e-3, -2e-3, 2e-3])  # 6 mm a step
-    a_ref = column((0.0, 0.0), (0.5, -1.5), (1.0, -3.0))
-    statistics.update(rows(3, a_ref=a_ref, tau=a_ref, tool=tool))
+def test_rates_are_differences_between_steps_also_of_two_blocks(statistics):
+    tool = np.outer([0.0, 2.0, 4.0, 6.0], [1e-3, -2e-3, 2e-3])  # 6 mm a step
+    a_ref = column((0.0, 0.0), (0.5, -1.5), (1.0, -3.0), (1.5, -4.5))
+    for part in (slice(0, 3), slice(3, 4)):
+        block = rows(len(a_ref[part]), a_ref=a_ref[part], tau=a_ref[part], tool=tool[part])
+        statistics.update(block)
     # joint 0: 0.5 / 1 ms = 500 of 1000; joint 1: 1.5 / 1 ms = 1500 of 2000.
     assert statistics.limit_use.jerk == pytest.approx(0.75)
-    assert statistics.limit_use.acceleration == pytest.approx(0.15)
+    assert statistics.limit_use.acceleration == pytest.approx(0.225)
     assert statistics.torque_rate == pytest.approx(1500.0)
     assert statistics.tool_speed == pytest.approx(6.0)
 
