@@ -101,6 +101,7 @@ def test_grasp_without_patience_fails_with_the_forces_it_got(at_the_cube, trial)
 def test_open_gripper_lets_go_of_what_is_held_and_forgets_the_payload(with_the_cube, trial):
     assert trial(IsHolding(object="cube")).tick() is SUCCESS
     assert trial(IsHolding(object="ball")).fails_with("holds cube, not 'ball'")
+    with_the_cube.cell.data.time += 100.0  # patience counts from the start
     opening = trial(OpenGripper())
     assert opening.tick() is RUNNING
     assert opening.until_done() is SUCCESS

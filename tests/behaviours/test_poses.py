@@ -6,12 +6,16 @@ import pytest
 
 from bt_manip.behaviours import (
     MoveToConfiguration,
+    bottom_pose,
+    centre_pose,
     downward_poses,
     nearest_orientation,
     pose_from_text,
     pose_to_text,
     top_grasp_poses,
 )
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Box
 from bt_manip.exceptions import PortError
 from bt_manip.spatial import pose
 
@@ -30,12 +34,14 @@ def test_a_pose_comes_back_to_the_last_bit():
 
 def test_simple_poses_stay_short():
     assert pose_to_text(pose((0.3, 0.0, 1.0))) == "0.3;0.0;1.0;1.0;0.0;0.0;0.0"
+    assert bits(pose_from_text("0.3;-0.2;1")) == bits(pin.SE3(np.eye(3), np.array([0.3, -0.2, 1])))
 
 
 def test_a_matrix_that_is_no_rotation_is_refused():
     for numbers in (
         "0;0;0;1;0;0;0;1;0;0;0;2",
         "0;0;0;1;0;0;0;1;0;0;0;-1",
+        "0;0;0;0.5;0;0;0;0.5;0;0;0;0.5",
         "0;0;0;" + "nan;" * 8 + "1",
     ):
         with pytest.raises(ValueError, match="a rotation matrix"):
@@ -50,7 +56,7 @@ def test_joints_as_text_are_numbers_or_the_name_of_a_configuration():
 
 
 def test_tool_poses_over_a_box_that_lies_on_its_side_point_down_along_its_horizontal_axis():
-    turned = pin.rpy.rpyToMatrix(1.2, 0.0, 0.4)
+    turned = pin.rpy.rpyToMatrix(-1.2, 0.0, 0.4)
     T_wo = pin.SE3(turned, np.array([0.3, -0.2, 0.1]))
     found = top_grasp_poses(T_wo, 0.07)
     for k, T_wt in enumerate(found):
@@ -63,3 +69,20 @@ def test_tool_poses_over_a_box_that_lies_on_its_side_point_down_along_its_horizo
         expected = pin.exp3(np.array([0.0, 0.0, 0.4 * np.pi * k])) @ fifths[0].rotation
         np.testing.assert_allclose(T_wt.rotation, expected, atol=1e-12)
         np.testing.assert_allclose(T_wt.translation, [0.3, -0.2, 0.1])
+
+
+def test_the_centre_and_the_bottom_of_an_object_move_with_it():
+    class Boot(Box):
+        """A box whose origin is beside its centre."""
+
+        centre_offset = np.array([0.01, -0.02, 0.03])
+
+    cell, T_wo = Cell(), pose((0.3, -0.2, 0.9), (0.8, 0.3, -0.2, 0.5))
+    boot = Boot(size=(0.04, 0.06, 0.08))
+    cell.add(boot, T_wo, name="boot")
+    for found, point in (
+        (centre_pose(cell, "boot"), [0.01, -0.02, 0.03]),
+        (bottom_pose(cell, "boot"), [0.01, -0.02, -boot.rest_height]),
+    ):
+        np.testing.assert_allclose(found.translation, T_wo.act(np.array(point)), atol=1e-12)
+        np.testing.assert_allclose(found.rotation, T_wo.rotation, atol=1e-12)
