@@ -295,6 +295,7 @@ ARGUED = {
     ".max() + 242": "how much of the surface around an object corrects its depths",
     ".max() + 60": "how much of the surface around an object corrects its depths",
     'default=(1.0, ""))[1]': "only the name of the leaf counts",
+    "if (not self.limits_tool)": "without an arm the speed of the tool is not limited",
     "self._names[-1] is not": "names that are looked up again are the same",
     "self._ids[-1] is not": "ids that are looked up again are the same",
     "q[(1):]]))": "more samples than needed",

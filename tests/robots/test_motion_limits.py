@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.robots import LimitUse, MotionLimits, Robot, sampling_bounds
+from bt_manip.robots import LimitUse, MotionLimits, Robot, RobotError, sampling_bounds
 from tests.robot_fixtures import described
 from tests.trajectories.pendulum import pendulum
 
@@ -86,7 +86,8 @@ def test_every_kind_of_limit_counts_over_all_joints_and_steps(rng):
     assert use.velocity == pytest.approx(velocity.max())
     assert use.acceleration == pytest.approx(np.abs(a / [5.0, 3.0]).max())
     assert use.jerk == pytest.approx(np.abs(np.diff(a, axis=0) / (1e-3 * j)).max())
-    np.testing.assert_allclose(limits.velocity_use(q, steps[[0]]), np.abs(steps[0]) / [2.0, 7.0])
+    slow = 1e-3 * steps[[0]]
+    np.testing.assert_allclose(limits.velocity_use(q, slow), np.abs(slow[0]) / [2.0, 7.0])
     low, high = sampling_bounds(np.array([-9.0, -9.0, -9.0, 4.0]), np.array([9.0, -4.0, 1.0, 9.0]))
     assert np.array_equal(low, [-np.pi, -9.0, -np.pi, 4.0])
     assert np.array_equal(high, [np.pi, -4.0, 1.0, 9.0])
@@ -114,6 +115,15 @@ def test_the_tool_keeps_its_speed_and_its_box():
         found = limits.setpoints_problem(np.zeros((3, 1)), slow * np.arcsin(depth))
         assert found.startswith(problem) and bool(found) is bool(problem)
     assert limits.leaving(0.56 + 0.1 * s[::-1]) == ""  # from outside towards the box
+
+
+@pytest.mark.parametrize("wrong", [np.ones(3), np.float64(1.0)])
+def test_one_limit_a_joint_is_wanted(wrong):
+    with pytest.raises(RobotError, match="one jerk a joint"):
+        replace(LIMITS, jerk=wrong)
+    table = np.ones((2, 2))
+    with pytest.raises(RobotError, match="one lower a joint"):
+        MotionLimits(-table, table, table, table, table, table)
 
 
 def test_limits_come_from_the_model_and_the_description(tmp_path):

@@ -38,7 +38,7 @@ def test_the_limit_is_that_of_the_formula_in_the_direction_of_motion(both):
     np.testing.assert_array_equal(beyond, least)
 
 
-def test_setpoints_keep_the_limit_of_the_position_where_they_are(both):
+def test_positions_one_after_the_other_keep_the_limit_where_they_are(both):
     # 1 rad/s is the limit (1.0 + 0.3)^2 / (2 * 4) = 0.21125 rad before the position limit.
     plain, limits = both
     limits = replace(limits, acceleration=np.full(7, 1e15), jerk=np.full(7, 1e15))
@@ -48,6 +48,9 @@ def test_setpoints_keep_the_limit_of_the_position_where_they_are(both):
         moved = 1e-3 * np.outer(np.arange(1, steps + 1), np.arange(7) == joint)
         found = limits.setpoints_problem(before, before[:1] + moved)
         assert found == (problem and f"velocity of joint {problem}")
+    still = np.zeros_like(moved)
+    used = limits.use(before[:1] + moved, still, still).velocity
+    assert used == pytest.approx(1.0 / formula(0.3 - 0.088), rel=1e-5)
 
 
 @pytest.mark.parametrize("ends", [{}, {"near_lower": (-1.9,) * 7, "near_upper": (1.4,) * 7}])
