@@ -43,6 +43,13 @@ def test_grasp_holds_with_the_asked_force_for_50_ms_and_the_object_is_the_payloa
     assert at_the_cube.controller.payload == payload
 
 
+def test_a_gripper_closes_with_the_preferred_force_or_with_80_percent_of_a_smaller_one(station):
+    gripper = station.gripper
+    for preferred, force in ((0.9, 0.9), (1.0, 1.0), (1.1, 0.8)):
+        found = gripper.default_force(preferred * gripper.max_force)
+        assert found == pytest.approx(force * gripper.max_force)
+
+
 HAMMER = """<mujoco><worldbody><body name="hammer">
   <geom type="box" size="0.01 0.02 0.1" pos="0.01 -0.02 0.03" euler="20 40 -30" mass="0.3"/>
   <body pos="0.02 0.01 0.12" euler="10 -50 70">
