@@ -85,7 +85,9 @@ def test_free_places_are_2_cm_from_neighbours_on_the_side_where_they_are(size):
     cell.add(Box(size=(*size, 0.04)), spatial.pose((2.0, 0.0, 0.02)), name="bar")
     support = find_support(cell, "tray")
     empty = list(support.free_offsets(cell, "bar"))
-    cell.add(Box(size=(0.02, 0.02, 0.1)), spatial.pose((0, 0, 0.07)), name="post", free=False)
+    cell.add(Box(size=(0.02, 0.02, 0.03)), spatial.pose((0, 0, 0.045)), name="post", free=False)
+    for name, middle in (("paper", 0.022), ("roof", 0.068)):  # below and over what is placed
+        cell.add(Box(size=(1.0, 1.0, 0.004)), spatial.pose((0, 0, middle)), name=name, free=False)
     apart = np.array(size) / 2 + 0.01 + 0.02
     expected = [tuple(offset) for offset in empty if (np.abs(offset) >= apart).any()]
     assert [tuple(offset) for offset in support.free_offsets(cell, "bar")] == expected
