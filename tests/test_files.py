@@ -12,7 +12,6 @@ from bt_manip.toml import MAX_TOML_NESTING, parse_toml
 
 @pytest.fixture
 def pipe(tmp_path):
-    """Give a pipe that nobody writes to."""
     os.mkfifo(tmp_path / "pipe")
     return tmp_path / "pipe"
 

@@ -197,7 +197,6 @@ def test_the_readme_leads_to_every_page():
 
 @pytest.fixture(autouse=True)
 def restore_working_directory():
-    """Return to the directory in which the session began."""
     before = Path.cwd()
     yield
     os.chdir(before)

@@ -403,6 +403,20 @@ ARGUED = {
     "(self.inset - self.distance) / towards": "the sign is 1 or -1",
     "_REACH = 0.6": "larger than any body of a gripper",
     "_REACH = 0.15": "larger than any body of a gripper",
+    'default=(1.0, ""))[1]': "only the name of the leaf counts",
+    "_SAMPLES = 2000  # random conf": "of how many random configurations the reach is estimated",
+    "_SAMPLES = 500  # random conf": "of how many random configurations the reach is estimated",
+    "default_rng(1), self.model.joint": "any seed will do for an estimate of the reach",
+    "if (not self.limits_tool)": "without an arm the speed of the tool is not limited",
+    "self._names[-1] is not": "names that are looked up again are the same",
+    "self._ids[-1] is not": "ids that are looked up again are the same",
+    "q[(1):]]))": "more samples than needed",
+    "self._repeated = -1  #": "set at each start of a motion, before anything reads it",
+    "self._repeated = 1  #": "set at each start of a motion, before anything reads it",
+    "time.sleep(0.0001)": "how often it looks whether setpoints have passed",
+    "time.sleep(0.0004)": "how often it looks whether setpoints have passed",
+    "KEPT_SETPOINTS = 4096": "how many seconds of readings are kept for a parent that is busy",
+    "KEPT_SETPOINTS = 16384": "how many seconds of readings are kept for a parent that is busy",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

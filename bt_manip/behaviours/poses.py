@@ -54,7 +54,6 @@ def _joined(numbers: Iterable[float]) -> str:
 
 
 def _is_rotation(rotation: np.ndarray) -> bool:
-    """Return whether a matrix is a rotation, up to the precision of numbers in text."""
     orthogonal = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6
     return bool(orthogonal and np.linalg.det(rotation) > 0.0)
 
@@ -104,10 +103,7 @@ def centre_pose(cell: Cell, name: str) -> pin.SE3:
         CellError: If there is no such object.
     """
     offset = as_object(cell.find(name)).centre_offset
-    T_wo = cell.pose(name)
-    if not np.any(offset):
-        return T_wo
-    return T_wo * pin.SE3(np.eye(3), np.asarray(offset, dtype=float))
+    return cell.pose(name) * pin.SE3(np.eye(3), np.asarray(offset, dtype=float))
 
 
 def bottom_pose(cell: Cell, name: str) -> pin.SE3:
@@ -116,9 +112,7 @@ def bottom_pose(cell: Cell, name: str) -> pin.SE3:
     Raises:
         CellError: If there is no such object.
     """
-    T_ob = bottom_of(cell.find(name))
-    T_wo = cell.pose(name)
-    return T_wo * T_ob if T_ob.translation.any() else T_wo
+    return cell.pose(name) * bottom_of(cell.find(name))
 
 
 def yaw_of(T: pin.SE3) -> float:

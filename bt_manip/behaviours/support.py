@@ -36,8 +36,6 @@ class Support(NamedTuple):
 
     def at(self, offset: np.ndarray) -> np.ndarray:
         """Return the position at an offset from the centre along its own axes [m]."""  # (3,)
-        if not np.any(offset):
-            return self.top
         return np.asarray(self.top + pin.utils.rotate("z", self.yaw) @ [*offset, 0.0])
 
     def free_offsets(self, cell: Cell, name: str) -> Iterator[np.ndarray]:

@@ -255,7 +255,6 @@ def _build(
 
 
 def _bind(main: str, root: Behaviour, builder: Builder, context: ReadingContext) -> Tree | None:
-    """Bind the built nodes to the blackboard, the clock and the goal."""
     document, options = context.document, context.options
     goal: tuple[Node, ...] = ()
     if options.strict:
@@ -289,7 +288,6 @@ def _declarations(element: Element, context: ReadingContext) -> dict[str, Any]:
 
 
 def _scope(given: Blackboard | Mapping[str, Any] | None) -> Blackboard:
-    """Return the blackboard scope of the root, with the entries that are given."""
     if isinstance(given, Blackboard):
         return given
     scope = Blackboard()

@@ -130,8 +130,6 @@ def sweep(tree: str, varied: tuple[str, ...], samples: int | None, **options: An
 
 
 class _Measured(NamedTuple):
-    """An evaluation with its results."""
-
     evaluation: "Evaluation"
     view: "EvaluationView"
     results: "list[EpisodeResult]"
@@ -152,7 +150,6 @@ def _execute(
     as_json: bool,
     **how: Any,
 ) -> int:
-    """Evaluate, show the progress and the results; return the exit code."""
     os.environ.setdefault("MUJOCO_GL", "disable")
     if folder is not None:
         require_extra("learn", "--to", "pyarrow")
@@ -244,7 +241,6 @@ def _measure(
     make_pool: Callable[..., Any] | None,
     until_interval: float,
 ) -> _Measured:
-    """Run the episodes of an evaluation and show the progress."""
     from bt_manip.cli.evaluation_view import EvaluationView
     from bt_manip.evaluation import EpisodeWorker, ProcessPool
     from bt_manip.evaluation import evaluate as run_evaluation
@@ -291,7 +287,6 @@ def _never_happened(results: "list[EpisodeResult]") -> str:
 
 
 def _common(lists: "Iterable[list[str]]") -> list[str]:
-    """Return the texts that all lists have."""
     sets = [set(texts) for texts in lists]
     return sorted(set.intersection(*sets)) if sets else []
 
@@ -339,7 +334,6 @@ def _compare(
 
 
 def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> None:
-    """Print the results, and what to look at next."""
     evaluation, view, _, interrupted = measured
     view.print()
     if until_interval:
@@ -361,7 +355,6 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
 
 
 def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str:
-    """Return the command that shows an episode."""
     given = {**evaluation.options}
     given.pop("reading", None)  # what --strict refuses was not evaluated
     modifiers = given.pop("modifiers", {})

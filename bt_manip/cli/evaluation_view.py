@@ -90,7 +90,6 @@ class EvaluationView:
         self.rates[result.point].add(result)
 
     def _progress(self) -> str:
-        """Return how far it is, how fast, and the time left."""
         done = self.total.trials
         text = f"{done} of {self._planned} episodes, {self._workers} workers"
         elapsed = time.monotonic() - self._first

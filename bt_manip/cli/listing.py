@@ -208,7 +208,6 @@ def _parameters(kind: str, part: Any) -> "Mapping[str, Parameter]":
 
 
 def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
-    """Yield name, plugin and summary of each part."""
     if kind == "plugins":
         for plugin in plugins.plugins:
             counts = (
@@ -232,7 +231,6 @@ def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
 
 
 def _summary(part: Any) -> str:
-    """Return a one-line summary of a part."""
     if isinstance(part, str):
         return part
     if suffixes := getattr(part, "suffixes", ()):  # a model format

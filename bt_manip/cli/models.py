@@ -153,7 +153,6 @@ def _clear(address: str) -> list[Path]:
 
 
 def _caches() -> dict[str, "ModelCache"]:
-    """Return the caches of all plugins, by name."""
     caches = _parts().model_caches
     return {name: caches.create(name) for name in caches}
 

@@ -155,8 +155,6 @@ def call_in_process(what: str, function: Callable[[], Result]) -> Result:
 
 
 class _Caller:
-    """A worker whose episodes are functions."""
-
     def run(self, function: Callable[[], Any]) -> Any:
         return function()
 
@@ -252,7 +250,6 @@ class _Process:
 
 
 def _work(make_worker: Callable[[], Worker[Any, Any]], pipe: Connection) -> None:
-    """Run episodes until the pipe or the parent process ends."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         worker = make_worker()

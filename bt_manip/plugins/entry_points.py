@@ -180,7 +180,6 @@ def _section(text: str, group: str) -> Iterator[tuple[str, str]]:
 
 
 def _field(folder: Path, name: str) -> str:
-    """Return a field of a package's metadata."""
     text = _text(folder / "METADATA") or _text(folder / "PKG-INFO")
     match = re.search(rf"^{name}: *(.*)$", text, re.MULTILINE)
     return match[1].strip() if match else ""

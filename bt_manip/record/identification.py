@@ -57,7 +57,6 @@ def identify(run: "Run") -> dict[str, Any]:
 
 
 def _modules() -> Iterator[tuple[str, str]]:
-    """Yield name and SHA-256 of each imported module that is in no installed package."""
     for name, module in [*sys.modules.items()]:
         if name in _PROGRAMS or name.partition(".")[0] == "bt_manip":
             continue

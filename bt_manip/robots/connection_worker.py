@@ -136,7 +136,7 @@ class ArmWorker:
         self._device, self._pipe, self._limits = device, pipe, limits
         self._setpoints_per_cycle = device.period / CONTROL_STEP
         self._table = np.empty((0, len(limits.lower)))
-        self._first = self._setpoint = self._rested = 0
+        self._first = self._setpoint = 0
         self._cycle = 0  # since the arm was connected
         self._start, self._offset = 0, np.zeros(len(limits.lower))  # of this motion
         self._time = 0.0  # [s] of the robot, of the last reading
@@ -170,8 +170,7 @@ class ArmWorker:
                 self._end()
             problem = state.problem or self._refused
             held = _held(state)
-            oldest = max(before, self._setpoint - KEPT_SETPOINTS) + 1
-            for number in range(oldest, self._setpoint + 1):
+            for number in range(before + 1, self._setpoint + 1):
                 shared.write(number, state, self._reference(number) if self._streaming else held)
             if problem != shared.problem:
                 shared.set_problem(problem, state.recoverable or not state.problem)
@@ -242,18 +241,14 @@ class ArmWorker:
             self._end()
             return
         self._written, self._passed = np.stack([self._written[-1], q]), cycles
-        self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
-        if self._rested * self._device.period > REST_TIME:
+        end = self._first + len(self._table) - 1
+        if (self._position - end) * CONTROL_STEP >= REST_TIME:
             self._end()
 
     @property
     def _position(self) -> float:
         """The number of the present setpoint, with its fraction."""
         return self._cycle * self._setpoints_per_cycle
-
-    @property
-    def _end_setpoint(self) -> int:
-        return self._first + len(self._table) - 1
 
     def _reference(self, position: float) -> np.ndarray:
         """Return the setpoint of a number, or a cubic through the four nearest of a fraction."""
@@ -275,8 +270,7 @@ class ArmWorker:
         return np.asarray((1.0 - s**3 * (10.0 - 15.0 * s + 6.0 * s**2)) * self._offset)
 
     def _end(self) -> None:
-        """End the motion."""
-        self._streaming, self._rested = False, 0
+        self._streaming = False
         try:
             self._device.finish()
         except ANY_BUT_INTERRUPT as error:
@@ -298,7 +292,6 @@ class ArmWorker:
             self._orphaned = True
 
     def _command(self, kind: str, *arguments: Any) -> None:
-        """Execute a command for an arm at rest."""
         try:
             if kind == "recover":
                 self._refused = ""
@@ -336,14 +329,13 @@ class ArmWorker:
             kept = self._table[max(0, oldest - self._first) : begin]
             held = np.repeat(self._table[-1:], first - oldest - len(kept), axis=0)
             self._first, self._table = oldest, np.concatenate([kept, held, setpoints])
-            self._rested = 0
             return "", ""
         try:
             self._device.start()
         except ANY_BUT_INTERRUPT as error:
             self._refused = one_line(error)
             return "problem", self._refused
-        self._table, self._first, self._streaming, self._rested = setpoints, first, True, 0
+        self._table, self._first, self._streaming = setpoints, first, True
         self._time, self._repeated = 0.0, 0  # a start may take more than a cycle
         held = _held(state)
         self._start, self._offset = self._setpoint, held - setpoints[0]
@@ -473,7 +465,6 @@ def main(descriptor: int) -> None:
 
 
 def _about(device: ArmDevice) -> dict[str, str]:
-    """Return the fields of a report about an arm and its process."""
     scheduling = {}
     if device.realtime:
         fifo = hasattr(os, "SCHED_FIFO") and bool(os.sched_getscheduler(0) & os.SCHED_FIFO)
@@ -494,30 +485,26 @@ def serve_gripper(pipe: Connection, factory: str, address: str) -> None:
 def _serve_connected(pipe: Connection, device: GripperDevice) -> None:
     """Home a connected gripper and execute commands until the pipe ends; end the pipe."""
     with pipe:
-        _execute_commands(pipe, device)
-
-
-def _execute_commands(pipe: Connection, device: GripperDevice) -> None:
-    try:
-        device.home()
-    except BtManipError as error:
-        pipe.send(("error", str(error)))
-        return
-    try:
-        pipe.send(("connected",))
-        while True:
-            done: tuple[Any, ...] = ()
-            try:
-                if pipe.poll(IDLE_PERIOD):
-                    number, kind, *arguments = pipe.recv()
-                    done = (number, False, "")
-                    done = (number, getattr(device, kind)(*arguments) is not False, "")
-                state = tuple(device.read())
-            except DeviceError as error:
-                done = (done[0], False, str(error)) if done else ()
-                state = (np.nan, False, str(error))
-            pipe.send(("state", done, state))
-    except (EOFError, OSError):
-        pass
-    finally:
-        device.close()
+        try:
+            device.home()
+        except BtManipError as error:
+            pipe.send(("error", str(error)))
+            return
+        try:
+            pipe.send(("connected",))
+            while True:
+                done: tuple[Any, ...] = ()
+                try:
+                    if pipe.poll(IDLE_PERIOD):
+                        number, kind, *arguments = pipe.recv()
+                        done = (number, False, "")
+                        done = (number, getattr(device, kind)(*arguments) is not False, "")
+                    state = tuple(device.read())
+                except DeviceError as error:
+                    done = (done[0], False, str(error)) if done else ()
+                    state = (np.nan, False, str(error))
+                pipe.send(("state", done, state))
+        except (EOFError, OSError):
+            pass
+        finally:
+            device.close()

@@ -52,7 +52,7 @@ def _motor(root: mjcf.RootElement, element: Any, effort: float, motor: Any) -> A
     if motor is None:
         what = "tendon" if element.tag in ("fixed", "spatial") else "joint"
         motor = element.root.actuator.add(
-            "motor", name=f"{element.name}_motor", gear=[1.0, 0, 0, 0, 0, 0], **{what: element}
+            "motor", name=f"{element.name}_motor", gear=[1.0], **{what: element}
         )
     motor.ctrllimited = motor.forcelimited = "true"
     motor.ctrlrange = motor.forcerange = [-effort, effort]

@@ -21,7 +21,6 @@ def cleared(station):
 
 
 def put(station, thing, x, y, *, yaw=0.0, name="it", **options):
-    """Stand a thing on the table."""
     turn = (np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw))
     z = TABLE + thing.rest_height
     station.cell.add(thing, spatial.pose((x, y, z), turn), name=name, **options)
@@ -48,14 +47,16 @@ def test_hovering_no_higher_than_the_grip_is_being_at_the_grip(station, trial):
     trial(IsHolding(object="cube")).tick_until("SUCCESS")
 
 
-def test_reach_takes_the_grasp_that_hover_gave(station, trial):
+def test_reach_takes_the_grasp_that_hover_gave_also_at_a_height_over_the_object(station, trial):
     hovering = trial(Hover(object="cube", height=0.15, grasp="{grasp}"))
     hovering.tick_until("SUCCESS")
     text = hovering.tree.blackboard["grasp"]
-    trial(Reach(object="cube", grasp=text)).tick_until("SUCCESS")
     T_wt = station.cell.pose("cube") * GraspCandidate.from_text(text).T_ot
-    error = pin.log6(T_wt.actInv(station.robot.tool_pose)).np
-    assert np.abs(error).max() < 5e-3
+    for ports, above in (({"height": 0.06}, 0.06 - 0.015), ({}, 0.0)):
+        trial(Reach(object="cube", grasp=text, **ports)).tick_until("SUCCESS")
+        expected = spatial.pose((0.0, 0.0, above)) * T_wt
+        error = pin.log6(expected.actInv(station.robot.tool_pose)).np
+        assert np.abs(error).max() < 5e-3
 
 
 def test_reach_without_a_grasp_goes_straight_on_from_where_hover_ended_and_says_why(station, trial):

@@ -4,12 +4,23 @@ import json
 from functools import partial
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import CloseGripper, Drop, Grasp, IsHolding, Lift, MoveHome, OpenGripper
+from bt_manip.behaviours import (
+    CloseGripper,
+    Drop,
+    Grasp,
+    IsHolding,
+    Lift,
+    MoveHome,
+    OpenGripper,
+    payload_of,
+)
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import is_in
+from bt_manip.cell import Cell, is_in
+from bt_manip.cell.objects import ModelObject
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 
@@ -30,6 +41,40 @@ def test_grasp_holds_with_the_asked_force_for_50_ms_and_the_object_is_the_payloa
     # The cube's centre hangs 15 mm beyond the tool's centre point, on the tool's z axis.
     assert payload.com == pytest.approx([0, 0, 0.015], abs=1.5e-3)
     assert at_the_cube.controller.payload == payload
+
+
+def test_a_gripper_closes_with_the_preferred_force_or_with_80_percent_of_a_smaller_one(station):
+    gripper = station.gripper
+    for preferred, force in ((0.9, 0.9), (1.0, 1.0), (1.1, 0.8)):
+        found = gripper.default_force(preferred * gripper.max_force)
+        assert found == pytest.approx(force * gripper.max_force)
+
+
+HAMMER = """<mujoco><worldbody><body name="hammer">
+  <geom type="box" size="0.01 0.02 0.1" pos="0.01 -0.02 0.03" euler="20 40 -30" mass="0.3"/>
+  <body pos="0.02 0.01 0.12" euler="10 -50 70">
+    <geom type="box" size="0.05 0.03 0.02" pos="0.01 0.03 0" euler="0 30 15" mass="0.7"/>
+  </body></body></worldbody></mujoco>"""
+
+
+def test_the_payload_of_several_bodies_is_their_composite_inertia(tmp_path):
+    (tmp_path / "hammer.xml").write_text(HAMMER)
+    cell = Cell()
+    pose = pin.SE3(pin.rpy.rpyToMatrix(0.4, -0.7, 1.1), np.array([0.3, -0.2, 0.9]))
+    name = cell.add(ModelObject(str(tmp_path / "hammer.xml")), pose)
+    T_wt = pin.SE3(pin.rpy.rpyToMatrix(-1.2, 0.3, 0.5), np.array([0.4, 0.1, 0.7]))
+    payload = payload_of(cell, name, T_wt)
+    model, data, bodies = cell.model, cell.data, np.flatnonzero(cell.model.body_mass)
+    com = np.average(data.xipos[bodies], axis=0, weights=model.body_mass[bodies])
+    inertia = np.zeros((3, 3))
+    for b in bodies:
+        R, d = data.ximat[b].reshape(3, 3), data.xipos[b] - com
+        inertia += R @ np.diag(model.body_inertia[b]) @ R.T
+        inertia += model.body_mass[b] * (d @ d * np.eye(3) - np.outer(d, d))
+    assert payload.mass == pytest.approx(1.0)
+    np.testing.assert_allclose(payload.com, T_wt.actInv(com), atol=1e-12)
+    expected = T_wt.rotation.T @ inertia @ T_wt.rotation
+    np.testing.assert_allclose(payload.inertia, expected, atol=1e-12)
 
 
 def test_grasp_yields_where_the_fingers_press_on_the_table(at_the_cube, trial):
@@ -63,6 +108,7 @@ def test_grasp_without_patience_fails_with_the_forces_it_got(at_the_cube, trial)
 def test_open_gripper_lets_go_of_what_is_held_and_forgets_the_payload(with_the_cube, trial):
     assert trial(IsHolding(object="cube")).tick() is SUCCESS
     assert trial(IsHolding(object="ball")).fails_with("holds cube, not 'ball'")
+    with_the_cube.cell.data.time += 100.0  # patience counts from the start
     opening = trial(OpenGripper())
     assert opening.tick() is RUNNING
     assert opening.until_done() is SUCCESS

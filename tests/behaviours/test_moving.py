@@ -1,7 +1,6 @@
 """Behaviours that move the arm: they arrive, or say why not, and brake when halted."""
 
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -11,6 +10,7 @@ from bt_manip import spatial
 from bt_manip.behaviours import (
     Hover,
     IsAt,
+    IsHolding,
     Lift,
     MoveHome,
     MoveLinear,
@@ -152,11 +152,10 @@ def test_a_tool_that_moves_through_a_pose_is_not_at_it(station, trial):
     assert trial(IsAt(pose=station.robot.tool_pose)).fails_with("the tool moves")
 
 
-def test_the_progress_to_a_pose_rises_from_0_to_1():
-    def progress(distance):
-        robot = SimpleNamespace(tool_pose=spatial.pose((distance, 0.0, 0.0)))
-        arm = SimpleNamespace(robot=robot)
-        return IsAt.progress(SimpleNamespace(arm=arm, pose=spatial.pose((0.0, 0.0, 0.0))))
-
-    assert progress(0.0) == 1.0
-    assert 1.0 > progress(0.05) > progress(0.5) > 0.0
+def test_the_progress_to_a_pose_or_an_object_falls_to_one_eth_within_30_cm(station, trial):
+    tool = station.robot.tool_pose.translation
+    at = trial(IsAt(pose=spatial.pose(tool + [0.1, -0.2, 0.2]))).behaviour
+    assert at.progress() == pytest.approx(np.exp(-1.0))
+    away = np.linalg.norm(tool - station.cell.pose("cube").translation)
+    holding = trial(IsHolding(object="cube")).behaviour
+    assert holding.progress() == pytest.approx(np.exp(-away / 0.3))

@@ -15,12 +15,9 @@ ABOVE_TABLE = 1.015  # [m]
 
 
 class Listing(CellBehaviour):
-    """Keep the names that a port stands for."""
-
     objects = ObjectInput(list[str], doc="Names of objects.")
 
     def update(self):
-        """Keep them."""
         self.seen = self.objects
         return Status.SUCCESS
 

@@ -15,6 +15,7 @@ from bt_manip.behaviours import (
     RemoveObject,
     SpawnObject,
     WaitUntilAtRest,
+    extent,
     yaw_of,
 )
 from bt_manip.bt import NodeStatus
@@ -75,6 +76,28 @@ def test_where_objects_are_spawned_follows_the_stations_random_generator(station
         return station.cell.remove("cube_1") and station.rng.uniform()
 
     assert spawn() == spawn()
+
+
+def test_a_cube_without_a_model_fits_the_gripper(station, trial, monkeypatch):
+    for widest, size in ((0.056, 0.05), (0.0559, 0.04), (0.046, 0.032)):  # 6 mm more, then 0.8
+        monkeypatch.setattr(type(station.gripper), "max_object_width", widest)
+        assert trial(SpawnObject(region="0.1;0.1;-0.3;-0.3", object="{o}")).tick() is SUCCESS
+        lower, upper = extent(station.cell, "cube_1")
+        assert upper[2] - lower[2] == pytest.approx(size)
+        station.cell.remove("cube_1")
+
+
+@pytest.mark.parametrize(
+    ("ports", "name"),
+    [
+        ({}, "cube"),
+        ({"model": "can"}, "can"),
+        ({"name_hint": "part"}, "part"),
+        ({"model": "{m}"}, "*"),
+    ],
+)
+def test_names_of_objects_that_are_spawned_are_known_before_as_patterns(trial, ports, name):
+    assert trial(SpawnObject(object="{o}", **ports)).behaviour.adds_objects == [name, f"{name}_*"]
 
 
 def test_an_unknown_model_is_found_before_anything_runs(trial):

@@ -141,7 +141,6 @@ def test_stop_runs_until_the_arm_rests(station, trial):
 
 
 def push_the_cube(station, velocity):
-    """Let the cube float away."""
     joint = station.cell.model.joint("cube/")
     station.cell.data.qpos[joint.qposadr[0] + 2] += 0.02  # off the table
     station.cell.data.qvel[joint.dofadr[0] : joint.dofadr[0] + 3] = velocity

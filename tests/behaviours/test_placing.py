@@ -1,10 +1,14 @@
 """Behaviours that set things down: on others, at poses, with room for the fingers."""
 
+from itertools import product
+
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
 from bt_manip.behaviours import (
+    Destination,
     Hover,
     Lift,
     PlaceAt,
@@ -81,11 +85,48 @@ def test_free_places_are_2_cm_from_neighbours_on_the_side_where_they_are(size):
     cell.add(Box(size=(*size, 0.04)), spatial.pose((2.0, 0.0, 0.02)), name="bar")
     support = find_support(cell, "tray")
     empty = list(support.free_offsets(cell, "bar"))
-    cell.add(Box(size=(0.02, 0.02, 0.1)), spatial.pose((0, 0, 0.07)), name="post", free=False)
+    cell.add(Box(size=(0.02, 0.02, 0.03)), spatial.pose((0, 0, 0.045)), name="post", free=False)
+    for name, middle in (("paper", 0.022), ("roof", 0.068)):  # below and over what is placed
+        cell.add(Box(size=(1.0, 1.0, 0.004)), spatial.pose((0, 0, middle)), name=name, free=False)
     apart = np.array(size) / 2 + 0.01 + 0.02
     expected = [tuple(offset) for offset in empty if (np.abs(offset) >= apart).any()]
     assert [tuple(offset) for offset in support.free_offsets(cell, "bar")] == expected
     assert len(empty) == 49 and len(expected) == 46
+
+
+def test_places_on_a_turned_support_are_along_its_own_axes():
+    cell, turn = Cell(), 0.3
+    place = spatial.pose((0.5, -0.2, 0.1), (np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)))
+    cell.add(Box(size=(0.4, 0.6, 0.2)), place, name="tray", free=False)
+    support = find_support(cell, "tray")
+    assert support.half == pytest.approx([0.2, 0.3])
+    for x, y in ((0.0, 0.0), (0.1, -0.25)):
+        along = [x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)]
+        expected = [0.5 + along[0], -0.2 + along[1], 0.2]
+        assert support.at(np.array([x, y])) == pytest.approx(expected)
+
+
+def test_the_top_of_a_tilted_board_is_over_its_middle_at_the_height_of_its_highest_corner():
+    cell, place = Cell(), pin.SE3(pin.rpy.rpyToMatrix(2.5, 0.4, -1.1), np.array([0.4, -0.3, 1.2]))
+    cell.add(Shelf(size=(0.2, 0.3, 0.4)), place, name="rack")
+    board = cell.model.geom("rack/board_2").id
+    turn, middle = cell.data.geom_xmat[board].reshape(3, 3), cell.data.geom_xpos[board]
+    corners = np.array(list(product((-1, 1), repeat=3))) * cell.model.geom_size[board] @ turn.T
+    support = find_support(cell, "rack/board_2")
+    assert support.top == pytest.approx([*middle[:2], middle[2] + corners[:, 2].max()], abs=1e-6)
+    assert support.half == pytest.approx([0.1, 0.135], abs=1e-6)
+
+
+def test_destinations_are_boxes_in_the_frame_of_the_thing():
+    cell, place = Cell(), pin.SE3(pin.utils.rotate("z", 0.7), np.array([0.5, -0.2, 0.1]))
+    cell.add(Box(size=(0.4, 0.6, 0.2)), place, name="tray", free=False)
+    corner = np.array([[0.2, 0.3, 0.1]])
+    for found, lower, walls in (
+        (Destination.inside(cell, "tray"), -corner, True),
+        (Destination.on(cell, "tray"), corner * [-1, -1, 1], False),
+    ):
+        assert found.T_wd.isApprox(place, 1e-9) and found.walls is walls
+        assert found.lower == pytest.approx(lower) and found.upper == pytest.approx(corner)
 
 
 def test_boards_of_a_shelf_are_supports(with_the_cube, trial):
@@ -101,12 +142,20 @@ def test_boards_of_a_shelf_are_supports(with_the_cube, trial):
     placing = trial(PlaceOn(object="cube", support="rack/board_3"))
     placing.tick_until("SUCCESS", timeout=8.0)
     assert cell.pose("cube").translation[2] == pytest.approx(1.015 + 0.2 + 0.025, abs=2e-3)
+    cell.move("cube", spatial.pose((0.45, -0.15, 1.04 + shelf.levels[0])))
+    cell.step(100)
+    reason = placing.behaviour.why_not_released("cube")
+    assert reason == "'cube' is not at the height of 'rack/board_3'"
 
 
 def test_place_at_puts_the_middle_of_the_bottom_straight_down_at_the_pose(with_the_cube, trial):
     target = spatial.pose((0.4, -0.1, 1.015), (np.cos(0.15), 0, 0, np.sin(0.15)))
-    placing = trial(PlaceAt(object="cube", pose=target, height=0.1))
+    placing = trial(PlaceAt(object="cube", pose=target, height=0.13, gap=0.006))
     placing.tick_until(lambda: placing.behaviour.feedback_message == "lowering", timeout=5.0)
+    over = with_the_cube.cell.pose("cube").translation
+    assert over == pytest.approx([0.4, -0.1, 1.04 + 0.13 + 0.006], abs=2e-3)
+    placing.tick_until(lambda: "opening" in placing.behaviour.feedback_message, timeout=5.0)
+    assert with_the_cube.cell.pose("cube").translation[2] == pytest.approx(1.046, abs=2e-3)
     while placing.tick() is RUNNING and with_the_cube.gripper.width < 0.055:
         at = with_the_cube.cell.pose("cube").translation
         assert at[:2] == pytest.approx([0.4, -0.1], abs=1.5e-3)
@@ -130,8 +179,8 @@ def test_an_object_that_does_not_stay_on_its_support_fails_the_placing(beside_an
 def test_an_object_that_comes_to_rest_elsewhere_fails_the_placing(with_the_cube, trial):
     placing = trial(PlaceAt(object="cube", pose=PLACE))
     placing.tick_until(lambda: with_the_cube.gripper.is_free, timeout=5.0)
-    with_the_cube.cell.move("cube", spatial.pose((0.2, -0.15, 1.04)))
-    assert placing.fails_with("'cube' came to rest 150 mm from its target")
+    with_the_cube.cell.move("cube", spatial.pose((0.338, -0.15, 1.04)))
+    assert placing.fails_with("'cube' came to rest 12 mm from its target")
 
 
 def test_what_is_lost_on_the_way_is_told(with_the_cube, trial):

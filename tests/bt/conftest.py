@@ -10,6 +10,7 @@ import pytest
 
 from bt_manip.bt import BehaviourRegistry, Tree, parse_tree
 from tests.conformance.leaves import corpus_registry
+from tests.conformance.runner import Clock
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -25,18 +26,19 @@ def engine_facts() -> Path:
 
 @pytest.fixture(scope="session")
 def repository() -> Path:
-    """Give the root of the repository."""
     return REPOSITORY
 
 
-class Clock:
-    """A clock that stands still until a test moves it."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
-
-    def __call__(self) -> float:
-        return self.time
+def models_of(root: Any) -> dict[str, Any]:
+    """Give kind and ports of each model by its ID; texts are documentation."""
+    return {
+        model.get("ID"): (
+            model.tag,
+            {p.get("name"): (p.tag, p.get("type"), p.get("default")) for p in model.iter()
+             if p.tag.endswith("_port")},
+        )
+        for model in root.find("TreeNodesModel")
+    }  # fmt: skip
 
 
 @dataclass
@@ -71,14 +73,11 @@ class Bench:
 
 @pytest.fixture
 def bench() -> Bench:
-    """Give a fresh bench."""
     return Bench()
 
 
 @pytest.fixture
 def leaf() -> Callable[..., str]:
-    """Give a function that writes a scripted leaf."""
-
     def write(name: str, outcomes: str, **attributes: str) -> str:
         more = "".join(f' {key}="{value}"' for key, value in attributes.items())
         return f'<Scripted name="{name}" outcomes="{",".join(outcomes)}"{more}/>'

@@ -15,8 +15,6 @@ from bt_manip.exceptions import NodeError, TreeError
 
 
 class Work(Action):
-    """Take a tick, then succeed."""
-
     traits = Traits()
 
     def update(self):
@@ -24,15 +22,11 @@ class Work(Action):
 
 
 class Anything(Action):
-    """Do what nobody knows."""
-
     def update(self):
         return NodeStatus.SUCCESS
 
 
 class Answer(SyncAction):
-    """Answer at once, one way or the other."""
-
     traits = Traits(returns={NodeStatus.SUCCESS, NodeStatus.FAILURE})
 
     def update(self):

@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from bt_manip.bt import Action, BehaviourRegistry, Input, parse_tree
+from bt_manip.behaviours import Grasp, Hover
+from bt_manip.bt import BehaviourRegistry, parse_tree
 from bt_manip.bt.nodes.node import CONDITIONS
 from tools.node_reference import node_reference
 
@@ -33,14 +34,6 @@ def test_every_script_around_a_tick_is_on_the_page(page):
 
 
 def test_the_tree_on_the_page_can_be_read(page):
-    class Hover(Action):
-        object = Input(str)
-        height = Input(float)
-
-    class Grasp(Action):
-        object = Input(str)
-        force = Input(float)
-
     text = re.search(r"```xml\n(.*?)```", page, re.DOTALL)[1]
     registry = BehaviourRegistry([Hover, Grasp])
 

@@ -23,8 +23,6 @@ from bt_manip.bt import (
 
 
 class Hover(Action):
-    """Move the tool over an object."""
-
     object = Input(str)
 
     def update(self):

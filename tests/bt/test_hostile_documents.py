@@ -114,8 +114,6 @@ def test_an_error_of_a_parser_of_a_behaviours_own_is_a_finding():
         raise ZeroDivisionError("cannot")
 
     class Odd(Action):
-        """Be odd."""
-
         thing = Input(dict, parse=parse)
 
     text = '<root><BehaviorTree ID="A"><Odd thing="1"/></BehaviorTree></root>'

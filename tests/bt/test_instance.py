@@ -14,24 +14,13 @@ from bt_manip.bt import (
     parse_tree,
     tree_instances,
 )
+from tests.bt.conftest import models_of
 
 
 def without_order(element):
     """Give an element as tuples, its attributes without an order."""
     children = [without_order(child) for child in element]
     return element.tag, dict(element.attrib), children
-
-
-def models_of(root):
-    """Give kind and ports of each model by its ID; texts are documentation."""
-    return {
-        model.get("ID"): (
-            model.tag,
-            {p.get("name"): (p.tag, p.get("type"), p.get("default")) for p in model.iter()
-             if p.tag.endswith("_port")},
-        )
-        for model in root.find("TreeNodesModel")
-    }  # fmt: skip
 
 
 def test_a_tree_has_the_xml_of_the_engine(engine_facts, bench):

@@ -60,6 +60,42 @@ def test_a_loop_copies_a_list_but_consumes_a_deque(bench):
     assert list(items) == [8]
 
 
+class TestSetBlackboard:
+    """A text takes the type of its entry, and what another entry holds keeps its own."""
+
+    TYPED = '<Sleep msec="{k}" _skipIf="true"/>'  # makes k an unsigned int
+    REAL = '<Script code="h := 1.5"/>'
+
+    def ticked(self, bench, before, value):
+        setting = f'<SetBlackboard value="{value}" output_key="k"/>'
+        tree = bench.tree(f"<Sequence>{before}{setting}</Sequence>")
+        tree.tick()
+        return tree
+
+    @pytest.mark.parametrize(
+        ("before", "value", "written"), [(TYPED, "7", 7), (REAL, "{h}", 1.5), ("", "{h}", None)]
+    )
+    def test_it_writes_or_fails_where_the_other_entry_was_never_written(
+        self, bench, before, value, written
+    ):
+        tree = self.ticked(bench, before, value)
+        assert tree.blackboard.get("k") == written
+        assert ("entry 'h' was never written" in tree.failure_reason()) is (written is None)
+
+    @pytest.mark.parametrize(
+        ("before", "value", "message"),
+        [
+            ("", "abc", "entry 'k': 'abc' is not an integer"),
+            (REAL, "{h}", "entry 'k' holds unsigned int; it does not take double"),
+        ],
+    )
+    def test_a_value_that_is_none_of_the_entrys_type_is_an_error(
+        self, bench, before, value, message
+    ):
+        with pytest.raises(NodeError, match=message):
+            self.ticked(bench, before + self.TYPED, value)
+
+
 class TestTime:
     """Delay, Timeout and Sleep count the clock that is handed in."""
 

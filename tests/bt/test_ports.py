@@ -34,8 +34,6 @@ def parse_point(text):
 
 
 class Move(Action):
-    """Move to a place."""
-
     target = Input(Point, parse=parse_point, format=lambda p: f"{p[0]},{p[1]}", doc="where")
     speed = Input(float, default=0.5, doc="how fast [m/s]")
     mode = Input(Mode, default=Mode.SLOW)

@@ -22,8 +22,6 @@ from bt_manip.exceptions import NodeError, TreeError
 
 
 class Reach(Action):
-    """Reach for an object."""
-
     object = Input(str, doc="name of the object")
     height = Input(float, default=0.1)
 
@@ -56,6 +54,7 @@ def document(body, head='main_tree_to_execute="Main"', rest=""):
         ("<Reach objekt='a' object='b'/>", "3:12: error: Reach has no port 'objekt'; did you mean 'object'?"),
         ("<Reach object='a' height='high'/>", "3:31: error: port 'height': 'high' is not a number; expected double, or an entry as {key}"),
         ("<Reach/>", "3:5: error: Reach needs the port 'object' of type std::string (name of the object)"),
+        ("<BehaviorTree ID='V'><AlwaysSuccess/></BehaviorTree>", "3:5: error: a <BehaviorTree> cannot stand inside another"),
         ("<Action ID='Nope'/>", "3:13: error: no node is named 'Nope'"),
         ("<Action/>", "3:5: error: <Action> needs the attribute 'ID'"),
         ("<Sequence/>", "3:5: error: Sequence must have at least 1 child"),
@@ -214,6 +213,7 @@ class TestWarnings:
             ("<Reach object='{cube}'/>", "", "3:20: warning: nothing writes the blackboard entry 'cube' that is read here"),
             ("<AlwaysSuccess/>", "\n  <BehaviorTree ID='Spare'><AlwaysSuccess/></BehaviorTree>", "5:17: warning: nothing uses the tree 'Spare' (Main runs)"),
             ("<AlwaysSuccess/>", "\n  <BehaviorTree ID='Main'><AlwaysFailure/></BehaviorTree>", "5:17: warning: tree 'Main' was defined before, at <text>:2:3; this definition counts"),
+            ("<ReactiveSequence><Action ID='AlwaysSuccess'/></ReactiveSequence>", "", "3:23: warning: BehaviorTree.CPP refuses this form directly below a ReactiveSequence; there, write <AlwaysSuccess .../>"),
             ("<ScriptCondition code='1 < 2 && true'/>", "", "3:28: warning: other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'"),
         ],
     )  # fmt: skip
@@ -244,10 +244,23 @@ class TestWarnings:
         found = self.warnings(registry, body, rest=rest)
         assert [f for f in found if "nothing writes" in f] == []
 
-    def test_mistakes_in_trees_that_nothing_uses_are_errors(self, registry):
-        rest = "<BehaviorTree ID='Spare'><Reach object='a' height='x'/></BehaviorTree>"
+    @pytest.mark.parametrize(
+        "body",
+        ["<Reach object='a' height='x'/>", "<BehaviorTree ID='V'><AlwaysFailure/></BehaviorTree>"],
+    )
+    def test_mistakes_in_trees_that_nothing_uses_are_errors(self, registry, body):
+        rest = f"<BehaviorTree ID='Spare'>{body}</BehaviorTree>"
         reading = read_tree_text(document("<AlwaysSuccess/>", rest=rest), registry)
         assert len(reading.errors) == 1
+
+    def test_the_same_name_shorthand_in_a_model_means_the_name(self, registry):
+        tree = "<BehaviorTree ID='T'><AlwaysSuccess/></BehaviorTree>"
+        port = "<input_port name='h' default='{=}'/>"
+        model = f"<TreeNodesModel><SubTree ID='T'>{port}</SubTree></TreeNodesModel>"
+        text = document("<SubTree ID='T' name='t'/>", rest=tree + model)
+        reading = read_tree_text(text, registry)
+        assert reading.tree.scopes["t"].remapped == {"h": "h"}
+        assert "write {h}" in reading.warnings[0].message
 
 
 class TestEngineMode:

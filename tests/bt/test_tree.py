@@ -91,8 +91,6 @@ class TestLifeCycle:
 
     def test_a_skipped_action_leaves_nothing_behind(self):
         class Skip(Action):
-            """Skip."""
-
             ended = None
 
             def update(self):
@@ -122,8 +120,6 @@ class TestLifeCycle:
 
     def test_a_setup_that_raises_names_its_node(self):
         class Needy(Action):
-            """Need an arm."""
-
             def setup(self, *, arm, **_):
                 self.arm = arm
 
@@ -350,8 +346,6 @@ class TestState:
             """A point."""
 
         class Make(Action):
-            """Make a point."""
-
             point = Output(
                 Point,
                 parse=lambda text: Point(map(float, text.split(","))),
@@ -392,8 +386,6 @@ class TestReplacing:
 
     def test_a_tree_whose_setup_fails_does_not_take_over(self):
         class Broken(Action):
-            """Fail to be set up."""
-
             def setup(self, **_):
                 raise RuntimeError("no")
 

@@ -37,6 +37,7 @@ from bt_manip.bt.xml.source import Source, parse_source
 from bt_manip.bt.xml.writer import write_source
 from bt_manip.exceptions import TreeError
 from bt_manip_convert import to_python
+from tests.bt.conftest import models_of
 from tests.conformance.leaves import corpus_registry
 
 
@@ -51,8 +52,6 @@ class Hover(Action):
 
 
 class Mystery(Action):
-    """Hold something that no text can say."""
-
     thing = Input(dict)
 
     def update(self):
@@ -91,7 +90,6 @@ DOCUMENT = """\
 
 
 def content(element):
-    """What an element says, whatever the order of its attributes."""
     attributes = sorted((a.name, a.value) for a in element.attributes.values())
     inside = [
         content(item) if hasattr(item, "name") else item.text.strip() for item in element.content
@@ -292,19 +290,9 @@ class TestSchemas:
         assert "<description>Move the tool over an object.</description>" in text
 
     def test_the_model_of_the_built_in_nodes_is_the_engines(self, engine_facts):
-        def ports(root):
-            return {
-                node.get("ID"): {
-                    port.get("name"): (port.tag, port.get("type"), port.get("default"))
-                    for port in node
-                    if port.tag.endswith("_port")
-                }
-                for node in root.find("TreeNodesModel")
-            }
-
         text = write_source(Source(models_document(BehaviourRegistry(), built_in=True)))
-        ours = ports(etree.fromstring(text.encode()))
-        theirs = ports(etree.parse(engine_facts / "groot2" / "tree_nodes_model_all.xml").getroot())
+        ours = models_of(etree.fromstring(text.encode()))
+        theirs = models_of(etree.parse(engine_facts / "groot2" / "tree_nodes_model_all.xml"))
 
         assert ours == {name: theirs[name] for name in ours}
         assert len(ours) == len(BehaviourRegistry().names()) - 1

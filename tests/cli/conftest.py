@@ -4,6 +4,7 @@ import os
 import select
 import signal
 import sys
+import textwrap
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -84,3 +85,24 @@ def commands_share_plugins(loaded_plugins, monkeypatch) -> None:
         return loaded_plugins[key]
 
     monkeypatch.setattr(plugins, "load_plugins", load_once)
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch, loaded_plugins):
+    """Install packages of one module, with entry points."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    monkeypatch.syspath_prepend(folder)
+
+    def install(name: str, source: str, entry_points: str):
+        module = name.replace("-", "_")
+        (folder / f"{module}.py").write_text(textwrap.dedent(source))
+        info = folder / f"{module}-2.5.dist-info"
+        info.mkdir(exist_ok=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.5\n")
+        (info / "entry_points.txt").write_text(textwrap.dedent(entry_points))
+        loaded_plugins.clear()
+        monkeypatch.delitem(sys.modules, module, raising=False)
+        return folder
+
+    return install

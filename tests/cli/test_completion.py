@@ -84,7 +84,6 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def loads(monkeypatch):
-    """Count how often plugins are loaded."""
     counted = []
     load = plugins.load_plugins
     monkeypatch.setattr(

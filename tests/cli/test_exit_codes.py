@@ -9,12 +9,6 @@ from bt_manip.cli import exit_codes
 from bt_manip.evaluation import WorkerDiedError, call_in_process
 from bt_manip.exceptions import BtManipError
 
-CODES = {value for name, value in vars(exit_codes).items() if isinstance(value, int)}
-
-
-def test_the_codes_are_those_of_the_documentation():
-    assert CODES == {0, 1, 2, 3, 130}
-
 
 def test_a_process_that_died_is_a_fault_and_no_bad_input():
     with pytest.raises(WorkerDiedError) as died:

@@ -48,8 +48,6 @@ def write(tmp_path, monkeypatch):
 
 @pytest.fixture
 def found(bt_manip):
-    """Give exit code and data of a command with ``--json``."""
-
     def found(*words):
         code, out, _ = bt_manip(*words, "--json")
         return code, json.loads(out)

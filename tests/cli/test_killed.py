@@ -1,6 +1,5 @@
 """A killed run leaves its report and its trace."""
 
-import random
 import signal
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from bt_manip.record import read_report
@@ -94,12 +94,11 @@ def check(lines: Killed, json: Killed) -> None:
         assert t[-1] > each.ended[-1][1] - BUFFERED
 
 
-def test_a_killed_run_leaves_the_cycles_that_had_ended(killed):
-    check(*killed(0.1, 1.5))
+MOMENTS = [np.random.default_rng(seed).uniform(0.0, 2.0, 2) for seed in range(49)]
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize("seed", range(1, 50))
-def test_a_run_killed_at_any_moment_leaves_the_cycles_that_had_ended(killed, seed):
-    rng = random.Random(seed)
-    check(*killed(rng.uniform(0.0, 2.0), rng.uniform(0.0, 2.0)))
+@pytest.mark.parametrize(
+    "after", [(0.1, 1.5), *(pytest.param(two, marks=pytest.mark.soak) for two in MOMENTS)]
+)
+def test_a_run_killed_at_any_moment_leaves_the_cycles_that_had_ended(killed, after):
+    check(*killed(*after))

@@ -4,7 +4,6 @@ import hashlib
 import json
 import re
 import shutil
-import textwrap
 
 import numpy as np
 import pytest
@@ -67,8 +66,9 @@ def sha256(path):
 
 
 @pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
-def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
-    install("noisy", "from bt_manip import hookimpl\n\n@hookimpl\ndef after_tick(): pass\n")
+def test_the_report_says_what_was_run(bt_manip, site, trees, tmp_path, name):
+    source = "from bt_manip import hookimpl\n\n@hookimpl\ndef after_tick(): pass\n"
+    site("noisy", source, "[bt_manip]\nnoisy = noisy\n")
     path = tmp_path / name
     options = "--set", "name=basket", "--tick", 5, "--controller", "gravity_compensated_pd"
     options = *options, "--fault", "push at=rest"
@@ -290,21 +290,6 @@ def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, tr
     code, _, err = bt_manip("run", f"{trees}:quick", "--window")
     assert code == 0
     assert "there is no display" in err
-
-
-@pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Install a plugin of one file."""
-    monkeypatch.syspath_prepend(tmp_path)
-
-    def put(name: str, source: str) -> None:
-        (tmp_path / f"{name}.py").write_text(textwrap.dedent(source))
-        installed = tmp_path / f"{name}-2.5.dist-info"
-        installed.mkdir()
-        (installed / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.5\n")
-        (installed / "entry_points.txt").write_text(f"[bt_manip]\n{name} = {name}\n")
-
-    return put
 
 
 @pytest.mark.parametrize("name", ["report.json", "report.jsonl"])

@@ -1,5 +1,6 @@
 """The leaves that the trees of the conformance corpus use."""
 
+from contextlib import suppress
 from enum import Enum
 from typing import Any, ClassVar
 
@@ -45,6 +46,13 @@ class Logging(Node):
 
     def _event(self, kind: str, **data: Any) -> None:
         self.log.append({"node": self.name, "ev": kind, **data})
+
+    def _read(self, port: str) -> tuple[Any, str]:
+        """Return the value of a port, or None and why it cannot be read."""
+        try:
+            return self.read_port(port), ""
+        except PortError as error:
+            return None, str(error)
 
 
 class _Cursor(Logging):
@@ -98,10 +106,9 @@ class _SetOut(Logging, SyncAction):
     """Write a value to an output."""
 
     def update(self) -> Status:
-        try:
-            value = self.read_port("value")
-        except PortError as error:
-            self._event("tick", input_error=str(error))
+        value, problem = self._read("value")
+        if problem:
+            self._event("tick", input_error=problem)
             return Status.FAILURE
         try:
             self.write_port("out", value)
@@ -116,21 +123,17 @@ class _CheckIn(Logging, SyncAction):
     """Compare an input with what is expected."""
 
     def update(self) -> Status:
-        try:
-            value = self.read_port("in")
-        except PortError as error:
-            self._event("tick", input_error=str(error))
+        value, problem = self._read("in")
+        if problem:
+            self._event("tick", input_error=problem)
             return Status.FAILURE
         if "expected" not in self.given:
             self._event("tick", read=_plain(value))
             return Status.SUCCESS
-        try:
-            expected = self.read_port("expected")
-        except PortError:
-            self._event("tick", read=_plain(value))
-            return Status.FAILURE
-        self._event("tick", read=_plain(value), expected=_plain(expected))
-        return Status.SUCCESS if value == expected else Status.FAILURE
+        expected, problem = self._read("expected")
+        about = {} if problem else {"expected": _plain(expected)}
+        self._event("tick", read=_plain(value), **about)
+        return Status.SUCCESS if not problem and value == expected else Status.FAILURE
 
 
 class _WithDefaults(Logging, SyncAction):
@@ -144,19 +147,12 @@ class _WithDefaults(Logging, SyncAction):
     io = InOut(int, doc="inout")
 
     def update(self) -> Status:
-        values: dict[str, Any] = {}
-        for name in ("a", "b", "c", "same", "io"):
-            try:
-                values[name] = self.read_port(name)
-            except PortError:
-                values[name] = None
+        values = {name: self._read(name)[0] for name in ("a", "b", "c", "same", "io")}
         self._event("tick", **values)
         for name, value in (("out", 99), ("io", values["io"])):
             if value is not None:
-                try:
+                with suppress(PortError):
                     self.write_port(name, value + (name == "io"))
-                except PortError:
-                    pass
         return Status.SUCCESS
 
 
@@ -166,11 +162,7 @@ class _Log(Logging, SyncAction):
     msg = Input(str, default="")
 
     def update(self) -> Status:
-        try:
-            text = self.read_port("msg")
-        except PortError:
-            text = ""
-        self._event("tick", msg=text)
+        self._event("tick", msg=self._read("msg")[0] or "")
         return Status.SUCCESS
 
 

@@ -42,7 +42,6 @@ class Options:
     substitutions: dict[str, Rule] = field(default_factory=dict)
 
     def blackboard(self) -> Blackboard:
-        """Make the root's blackboard."""
         scope = Blackboard()
         for kind, key, text in self.presets:
             if kind == "int":
@@ -57,7 +56,6 @@ class Options:
 
 
 def options_in(text: str) -> dict[str, str]:
-    """Give the options that a document's comment holds."""
     found = _COMMENT.search(text)
     if found is None:
         return {}
@@ -66,7 +64,6 @@ def options_in(text: str) -> dict[str, str]:
 
 
 def parse_options(raw: Mapping[str, str]) -> Options:
-    """Make options of their texts."""
     options = Options(
         ticks=int(raw.get("ticks", 20)),
         stop_on_completion=raw.get("stop", "completion") != "never",

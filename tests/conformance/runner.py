@@ -1,13 +1,14 @@
 """Running a tree of the corpus, on a clock that only goes on between ticks."""
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bt_manip.bt.loading import load_tree, parse_tree
 from bt_manip.bt.registry import BehaviourRegistry
-from bt_manip.bt.status import RUNNING
+from bt_manip.bt.status import NodeStatus
 from bt_manip.bt.tree import Tree
 from bt_manip.exceptions import NodeError, TreeError
 from tests.conformance.leaves import Event, corpus_registry
@@ -57,7 +58,9 @@ def _leaves() -> tuple[BehaviourRegistry, list[Event]]:
     return corpus_registry(log), log
 
 
-class _Clock:
+class Clock:
+    """A clock that stands still until a test moves it."""
+
     def __init__(self) -> None:
         self.time = 0.0
 
@@ -74,7 +77,7 @@ def run(document: str | Path, options: Options) -> EngineTrace:
     """
     registry, log = _leaves()
     log.clear()
-    clock = _Clock()
+    clock = Clock()
     read: Any = load_tree if isinstance(document, Path) else parse_tree
     trace = EngineTrace()
     try:
@@ -89,39 +92,36 @@ def run(document: str | Path, options: Options) -> EngineTrace:
     except TreeError as error:
         trace.error = str(error)
         return trace
-    _tick(tree, options, clock, log, trace)
+    _tick(tree, options, clock, log, trace.ticks)
     trace.scopes = {path or tree.tree_id: _values(scope) for path, scope in tree.scopes.items()}
     return trace
 
 
 def _tick(
-    tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: EngineTrace
+    tree: Tree, options: Options, clock: Clock, log: list[Event], ticks: list[TickTrace]
 ) -> None:
-    for number in range(1, options.ticks + 1):
-        if number == options.halt_before:
-            log.clear()
-            problem = None
-            try:
-                tree.halt()
-            except NodeError as error:
-                problem = str(error)
-            values = _values(tree.blackboard)
-            trace.ticks.append(TickTrace(None, list(log), [], values, halt=True, error=problem))
-            if problem is not None:
-                return
+    def step(act: Callable[[], NodeStatus | None], *, halt: bool = False) -> TickTrace:
+        trace = TickTrace(None, [], [], {}, halt)
         log.clear()
         try:
-            tree._runtime.fire_timers()
-            before = list(log)
-            log.clear()
-            status = tree.tick() if options.once else tree.tick_exactly_once()
+            if not halt:
+                tree._runtime.fire_timers()
+                trace.events_before = list(log)
+                log.clear()
+            status = act()
+            trace.root = None if status is None else status.name
         except NodeError as error:
-            values = _values(tree.blackboard)
-            trace.ticks.append(TickTrace(None, list(log), before, values, error=str(error)))
+            trace.error = str(error)
+        trace.events, trace.values = list(log), _values(tree.blackboard)
+        ticks.append(trace)
+        return trace
+
+    tick = tree.tick if options.once else tree.tick_exactly_once
+    for number in range(1, options.ticks + 1):
+        if number == options.halt_before and step(tree.halt, halt=True).error is not None:
             return
-        values = _values(tree.blackboard)
-        trace.ticks.append(TickTrace(status.name, list(log), before, values))
-        if options.stop_on_completion and status is not RUNNING:
+        done = step(tick)
+        if done.error is not None or (options.stop_on_completion and done.root != "RUNNING"):
             return
         clock.time += options.sleep
 

@@ -125,7 +125,6 @@ mass = { uniform = [0.05, 0.15] }
 
 @pytest.fixture
 def evaluation(tmp_path):
-    """Return what makes the evaluation of one of the trees."""
     (tmp_path / "small.py").write_text(TREES)
     (tmp_path / "cube.toml").write_text(SCENE)
     for name, cube in (("fixture", FIXTURE), ("fixed", FIXED)):

@@ -31,8 +31,6 @@ class Squares:
 
 
 class Environment:
-    """A worker that returns an environment variable."""
-
     def run(self, name: str) -> str:
         return os.environ.get(name, "")
 

@@ -130,13 +130,6 @@ def test_unknown_parameters_are_refused(evaluation, name, problem):
         EpisodeWorker(evaluation(points=({name: 1.0},)))
 
 
-def test_a_worker_with_another_identity_is_refused(evaluation):
-    identity = EpisodeWorker(evaluation()).identity
-    other = {**identity, "versions": {**identity["versions"], "mujoco": "1.0"}}
-    with pytest.raises(BtManipError, match="versions mujoco '.*' instead of '1.0'"):
-        EpisodeWorker(evaluation(identity=other))
-
-
 def test_an_episode_that_does_not_begin_is_no_failure_of_the_tree(evaluation, monkeypatch):
     def begin(randomizer, cycle):
         raise CellError("no free pose")

@@ -48,7 +48,6 @@ def wait_for_rows(folder: Path, count: int, driver: "subprocess.Popen[bytes]") -
 
 
 def gone(process: int) -> bool:
-    """Return whether a process has ended."""
     try:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
     except OSError:

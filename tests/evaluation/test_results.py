@@ -21,8 +21,6 @@ def result(episode, point=0):
 
 @dataclass(frozen=True)
 class Measured(EpisodeResult):
-    """A result with one more column."""
-
     distance: float | None = None
 
 
@@ -84,12 +82,6 @@ def test_a_process_killed_between_part_and_journal_leaves_no_row_twice(folder, t
     with folder() as again:
         assert [one.episode for one in again.results] == [0]
     assert parquet.read_table(tmp_path / "out").num_rows == 1
-
-
-def test_a_folder_of_another_evaluation_is_refused(folder):
-    folder().close()
-    with pytest.raises(BtManipError, match="of another evaluation: seed 0 instead of 3"):
-        folder(seed=3)
 
 
 def test_a_file_of_another_evaluation_in_the_folder_is_refused(folder, tmp_path):

@@ -26,12 +26,6 @@ def count(results):
     return [points.count(point) for point in range(2)]
 
 
-def test_known_episodes_are_not_run_again(evaluation):
-    before = [EpisodeResult(0, n, 0, True, "SUCCESS") for n in (0, 2)]
-    results = evaluate(evaluation(), 4, before=before)
-    assert [result.episode for result in results] == [1, 3]
-
-
 def test_a_point_ends_when_its_interval_is_narrow_enough(evaluation):
     two = replace(evaluation(), points=({}, {}))
     assert count(evaluate(two, 300)) == [300, 300]

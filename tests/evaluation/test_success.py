@@ -1,6 +1,11 @@
 """Success rates come with Wilson intervals, and failures are counted by node and reason."""
 
+import json
+from dataclasses import replace
+
+import numpy as np
 import pytest
+from scipy.stats import norm
 
 from bt_manip.evaluation import EpisodeResult, SuccessRate, wilson_interval
 
@@ -37,3 +42,23 @@ def test_episodes_without_an_outcome_are_said():
     lost = [EpisodeResult(0, i, 0, False, status) for i, status in enumerate(("DIED", "UNSTARTED"))]
     assert str(SuccessRate.of([result(5)])).endswith("100.00%)")
     assert str(SuccessRate.of([result(5), *lost])).endswith("%), 2 had no outcome")
+
+
+def test_results_have_a_mean_with_its_interval_and_recoveries_are_counted_by_node():
+    lifted, weights = [0.2, 0.5, 0.15, 0.9], [{"weight": 2}, {}, {"weight": "?"}, {}]
+    nodes = [{"a": 2, "z": 1}, {"b": 1}, {"z": 4}, {}]
+    rate = SuccessRate.of(
+        replace(one, results=json.dumps({"lifted": height, **weight}), retries=json.dumps(retries))
+        for one, height, weight, retries in zip(
+            (result(0), result(1, "Lift"), result(2, "Lift"), result(3)),
+            lifted, weights, nodes, strict=True,
+        )
+    )  # fmt: skip
+    lift, weight = rate.results()
+    half = norm.ppf(0.975) * np.std(lifted, ddof=1) / 2.0
+    assert (lift.key, lift.episodes) == ("lifted", 4)
+    assert (lift.mean, lift.half_width) == pytest.approx((np.mean(lifted), half))
+    assert str(lift) == "lifted: 0.438 on average (95 %: 0.0995 to 0.775), in 4 episodes"
+    assert str(weight) == "weight: 2 on average, in 1 episodes"
+    again = [("z", "retries", 5, 2, 1), ("a", "retries", 2, 1, 1), ("b", "retries", 1, 1, 0)]
+    assert rate.recoveries() == again

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.evaluation import VariedParameter, grid, parse_parameter, samples
+from bt_manip.evaluation import VariedParameter, grid, parse_parameter, parse_point, samples
 from bt_manip.exceptions import BtManipError
 
 
@@ -27,6 +27,13 @@ def test_other_texts_are_refused(text):
         parse_parameter(text)
 
 
+def test_a_point_has_one_value_of_each_parameter():
+    assert parse_point(["speed=0.5", "robot=panda"]) == {"speed": 0.5, "robot": "panda"}
+    for text in ("speed=0.5,1.0", "speed=0..1"):
+        with pytest.raises(BtManipError, match="--vary speed: a run has one value"):
+            parse_point(["robot=panda", text])
+
+
 def test_a_grid_has_all_combinations():
     points = grid([VariedParameter("a", (1, 2)), VariedParameter("b", ("x", "y", "z"))])
     assert len(points) == 6 and points[1] == {"a": 1, "b": "y"}
@@ -35,8 +42,8 @@ def test_a_grid_has_all_combinations():
 
 
 def test_samples_cover_each_range_evenly():
-    varied = [parse_parameter("a=0..10"), VariedParameter("b", ("x", "y"))]
+    varied = [parse_parameter("a=5..15"), VariedParameter("b", ("x", "y"))]
     points = samples(varied, 10, seed=3)
-    assert sorted(int(point["a"]) for point in points) == list(range(10))
+    assert sorted(int(point["a"]) for point in points) == list(range(5, 15))
     assert sorted(point["b"] for point in points) == ["x"] * 5 + ["y"] * 5
     assert points == samples(varied, 10, seed=3)

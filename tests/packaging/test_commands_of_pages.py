@@ -79,7 +79,6 @@ def prepare(page: str, folder: Path) -> None:
 
 
 def save(file: File, folder: Path) -> None:
-    """Save a file of a page."""
     path = folder / file.name
     path.parent.mkdir(exist_ok=True)
     path.write_text(file.text)
@@ -107,13 +106,11 @@ def install(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
 
 @pytest.fixture(scope="module")
 def core(install: Callable[..., Path]) -> Path:
-    """Install the wheel of bt-manip alone."""
     return install(plugins=False)
 
 
 @pytest.fixture(scope="module")
 def everything(install: Callable[..., Path]) -> Path:
-    """Install the wheels of bt-manip and all packages of plugins/."""
     return install(plugins=True)
 
 
@@ -179,7 +176,6 @@ def rows(report: Path, kind: str) -> list[dict]:
 
 
 def cycles(report: Path) -> list[dict]:
-    """Return the cycles that a report has by now."""
     return rows(report, "cycle")
 
 

@@ -44,8 +44,6 @@ def example(tmp_path):
 
 @pytest.fixture
 def parts_of(example):
-    """Load the example of a hook's page."""
-
     def load(hook: str):
         choice = PluginSelection(folders=(example(hook),))
         return load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts

@@ -30,7 +30,6 @@ def test_a_plugin_brings_parts_that_know_where_they_are_from(plugin, load):
 
 
 def hook(signature: str, *body: str) -> str:
-    """Give the source of one hook's implementation."""
     return "@hookimpl\n" + "\n    ".join((f"def {signature}:", *body))
 
 

@@ -153,9 +153,11 @@ def test_another_version_of_a_plugin_is_a_difference_and_what_only_one_has_loade
     there = json.loads(json.dumps(here))
     there["sha256"] = {**there["sha256"], "of an earlier run.xml": "0"}
     assert identity_differences(here, there) == {}
-    there["plugins"]["note"] = "2"
-    assert identity_differences(here, there) == {"plugins note": "plugins note '' instead of '2'"}
-    with pytest.raises(BtManipError, match="a worker is of another evaluation: plugins note"):
+    there["plugins"]["note"], there["versions"]["mujoco"] = "2", "1.0"
+    found = identity_differences(here, there)
+    assert found.pop("plugins note") == "plugins note '' instead of '2'"
+    assert [*found] == ["versions mujoco"] and "instead of '1.0'" in found["versions mujoco"]
+    with pytest.raises(BtManipError, match="a worker is of another evaluation: .*plugins note"):
         worker(identity=there)
     del there["plugins"], there["sha256"]
     assert identity_differences(here, there).keys() >= {"sha256"}

@@ -23,8 +23,6 @@ from bt_manip.record.report.node_log import NodeLog
 
 
 class Fail(Action):
-    """Fail some times, and then succeed."""
-
     def __init__(self, times: int, name: str = "fail") -> None:
         super().__init__(name)
         self.times = times

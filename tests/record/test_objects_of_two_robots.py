@@ -165,7 +165,10 @@ def arrange(station, rng):
     return Tree(Sequence("task", steps), clock=station.clock, goal=goal), names, expected
 
 
-def check(built, seed):
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(1, 50))]
+)
+def test_the_report_names_what_was_gripped_and_where_it_ended(built, seed):
     station, start = built
     station.set_state(start)
     tree, names, expected = arrange(station, np.random.default_rng(seed))
@@ -181,13 +184,3 @@ def check(built, seed):
     assert cycle.placed == (all(one[2] for one in expected) if expected else None)
     for robot, figures in cycle.robots.items():
         assert figures.picked == tuple(one[0] for one in expected if one[1] == robot)
-
-
-def test_the_report_names_what_was_gripped_and_where_it_ended(built):
-    check(built, 0)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("seed", range(1, 50))
-def test_the_report_names_what_was_gripped_in_many_arrangements(built, seed):
-    check(built, seed)

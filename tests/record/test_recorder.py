@@ -327,8 +327,6 @@ def test_a_run_that_never_began_has_a_report():
 
 
 class DigestOnly(RunObserver):
-    """The digest as it is without a recorder."""
-
     def run_started(self, run: Run) -> None:
         self.run, self.digest = run, b""
 

@@ -13,6 +13,24 @@ def test_every_kind_of_number_is_returned_as_a_float(value):
     for number in (checks.check_speed(value), checks.check_number(value, "angle", "rad")):
         assert type(number) is float and number == 0.5
     assert checks.check_positive(np.int32(3), "length", "m") == 3.0
+    assert checks.check_non_negative(0.0, "margin", "rad") == 0.0
+    assert [checks.check_count(n, "restarts") for n in (0, np.int64(3))] == [0, 3]
+
+
+@pytest.mark.parametrize(
+    ("check", "value"),
+    [
+        (checks.check_speed, 0.0),
+        (checks.check_speed, 1.001),
+        (lambda value: checks.check_positive(value, "tolerance", "m"), 0.0),
+        (lambda value: checks.check_non_negative(value, "margin", "rad"), -1e-9),
+        (lambda value: checks.check_count(value, "restarts"), -1),
+        (lambda value: checks.check_count(value, "restarts"), 2.5),
+    ],
+)
+def test_numbers_just_beyond_their_bounds_are_refused(check, value):
+    with pytest.raises(MotionError, match="must be .*, got"):
+        check(value)
 
 
 @pytest.mark.parametrize("value", ["0.5", True, np.True_, np.array("0.5"), None, [0.5], np.nan, 1j])
@@ -83,14 +101,19 @@ def test_a_pose_with_an_invalid_rotation_or_position_is_refused():
             checks.check_pose(pin.SE3(np.diag(diagonal), np.zeros(3)))
     with pytest.raises(MotionError, match="right-handed unit axes"):
         checks.check_pose(pin.SE3(np.full((3, 3), np.nan), np.zeros(3)))
-    with pytest.raises(MotionError, match="position of the pose must be finite"):
-        checks.check_pose(pin.SE3(np.eye(3), np.array([0.0, np.inf, 0.0])))
+    for axis in np.eye(3, dtype=bool):
+        with pytest.raises(MotionError, match="position of the pose must be finite"):
+            checks.check_pose(pin.SE3(np.eye(3), np.where(axis, np.inf, 0.0)))
 
 
 def test_the_first_joint_outside_its_limits_is_named():
     one = np.ones(3)
     limits = MotionLimits(-one, one, one, one, one, one)
-    limits.checked(one)
+    beyond = 1.0 + np.array([9e-7, -0.5, 1e-7])  # by rounding only
+    assert limits.checked(beyond).tolist() == [1.0, 0.5, 1.0]
+    assert limits.checked(-beyond).tolist() == [-1.0, -0.5, -1.0]
+    with pytest.raises(MotionError, match="joint 1 cannot go to 1.0000 rad"):
+        limits.checked(one + [2e-6, 0.0, 0.0])
     for side in (-one, one):
         assert limits.contain(side) and limits.contain(1.09 * side, 0.1)
         assert not limits.contain(1.01 * side) and not limits.contain(1.11 * side, 0.1)

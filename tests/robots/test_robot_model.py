@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pinocchio as pin
@@ -6,6 +8,7 @@ import pytest
 from bt_manip.cell import Cell
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Payload, Robot, compile_alone, panda
+from tests.robot_fixtures import described
 
 
 def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
@@ -88,6 +91,47 @@ def test_a_pose_given_out_does_not_change_afterwards(model):
     kept = first.copy()
     model.pose(model.home + 0.1)
     assert first == kept
+
+
+RAIL = """<mujoco><compiler angle="radian"/><worldbody><body pos="0.3 -0.2 0.5">
+  <joint name="rail" type="slide" axis="0 1 0" range="-0.5 0.5" damping="3" frictionloss="2"/>
+  <geom size="0.05"/><body pos="0 0 0.4">
+    <joint name="shoulder" axis="0 1 0" range="-3 3" damping="0.5" frictionloss="0.7"/>
+    <geom size="0.05"/><body pos="0.3 0 0">
+      <joint name="elbow" axis="0 1 0" range="-3 3"/><geom size="0.05"/>
+      <site name="tip" pos="0.12 0 0.16"/>
+</body></body></body></worldbody></mujoco>"""
+
+
+def test_lengths_losses_and_reach_of_an_arm_on_a_rail(tmp_path):
+    (tmp_path / "rail.xml").write_text(RAIL)
+    described_arm = replace(
+        described(tmp_path / "rail.xml"), arm_joints=("rail", "shoulder", "elbow"),
+        home=(0.0,) * 3, velocity=(1.0,) * 3, acceleration=(5.0,) * 3, jerk=(100.0,) * 3,
+        effort=(50.0, 50.0, 20.0),
+    )  # fmt: skip
+    robot = Robot(described_arm)
+    compile_alone(robot)
+    model = robot.make_model()
+    assert model.units == ("m", "rad", "rad")
+    assert model.link_lengths == pytest.approx([0.4, 0.3, 0.2])
+    assert model.levers == pytest.approx([1.0, 0.5, 0.2])
+    v = np.array([[0.01, -0.02, 0.5], [-0.003, 0.4, 0.01]])
+    damping, dry, ratio = np.array([3.0, 0.5, 0.0]), np.array([2.0, 0.7, 0.0]), np.exp(200.0 * v)
+    expected = damping * v + dry * (ratio - 1.0) / (ratio + 1.0)  # 76 % of it at 0.01 rad/s
+    assert model.losses(v) == pytest.approx(expected)
+    zero = np.zeros(3)
+    assert np.array_equal(model.effort(zero, zero, zero), model.rnea(zero, zero, zero))
+    # Upright at an end of the rail the tool is 0.9 m over the first joint and 0.5 m beside it.
+    assert 0.95 * np.hypot(0.9, 0.5) < model.reach < np.hypot(0.9, 0.5)
+    # Stretched out level, only the rail moves it along the rail, and only the joints move it up.
+    level, ball = np.array([0.0, 0.0, np.arctan2(0.16, 0.12)]), 4 / 3 * np.pi * 0.05**3 * 1000.0
+    assert model.static_force(level, np.array([0.0, 1.0, 0.0])) == pytest.approx(50.0)
+    assert model.static_force(level, np.array([1.0, 0.0, 0.0])) == np.inf
+    for mass in (0.1, 9.0, 12.0):
+        shoulder, elbow = 50.0 - 9.81 * (0.3 * ball + 0.5 * mass), 20.0 - 9.81 * 0.2 * mass
+        force = model.with_payload(Payload(mass)).static_force(level, np.array([0.0, 0.0, 1.0]))
+        assert force == pytest.approx(max(min(shoulder / 0.5, elbow / 0.2), 0.0))
 
 
 def test_the_static_force_takes_one_joint_to_its_limit(model, rng):

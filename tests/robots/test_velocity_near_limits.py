@@ -38,6 +38,21 @@ def test_the_limit_is_that_of_the_formula_in_the_direction_of_motion(both):
     np.testing.assert_array_equal(beyond, least)
 
 
+def test_positions_one_after_the_other_keep_the_limit_where_they_are(both):
+    # 1 rad/s is the limit (1.0 + 0.3)^2 / (2 * 4) = 0.21125 rad before the position limit.
+    plain, limits = both
+    limits = replace(limits, acceleration=np.full(7, 1e15), jerk=np.full(7, 1e15))
+    before = np.tile(0.5 * (plain.lower + plain.upper), (3, 1))
+    for joint, steps, problem in ((0, 88, ""), (0, 89, "1 in setpoint 87"), (4, 88, "")):
+        before[:, joint] = plain.upper[joint] - 0.3
+        moved = 1e-3 * np.outer(np.arange(1, steps + 1), np.arange(7) == joint)
+        found = limits.setpoints_problem(before, before[:1] + moved)
+        assert found == (problem and f"velocity of joint {problem}")
+    still = np.zeros_like(moved)
+    used = limits.use(before[:1] + moved, still, still).velocity
+    assert used == pytest.approx(1.0 / formula(0.3 - 0.088), rel=1e-5)
+
+
 @pytest.mark.parametrize("ends", [{}, {"near_lower": (-1.9,) * 7, "near_upper": (1.4,) * 7}])
 def test_positions_end_where_the_velocity_limit_would_be_nearly_zero(both, ends):
     plain, _ = both

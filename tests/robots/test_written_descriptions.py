@@ -30,8 +30,6 @@ FULL = replace(
 
 
 def with_whole_paths(description: RobotDescription) -> RobotDescription:
-    """Resolve the paths of models."""
-
     def whole(model: str | None) -> str | None:
         return model if model is None or ":" in model else str(Path(model).resolve())
 

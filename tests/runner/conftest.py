@@ -43,15 +43,12 @@ def request_of_tree(parts: Parts, tree: str, **request) -> RunRequest:
 
 
 def report_of(parts: Parts, tree: str, *observers: RunObserver, **request) -> RunReport:
-    """Run a registered tree, and return the report."""
     recorder = Recorder(tree, request.get("seed", 0))
     prepare(request_of_tree(parts, tree, **request), parts).execute([recorder, *observers])
     return recorder.report()
 
 
 class Snapshots(RunObserver):
-    """Takes a snapshot after every tick."""
-
     def run_started(self, run: Run) -> None:
         self.run, self.taken = run, []
 

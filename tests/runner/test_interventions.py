@@ -1,4 +1,4 @@
-"""Bodies are pulled and statuses are set from outside, reproducibly."""
+"""Interventions from outside, reproducibly: Perturbations pull bodies, overrides set statuses."""
 
 import json
 
@@ -25,8 +25,6 @@ START = np.array([0.0, 0.0, 1.04])
 
 
 class Requests(RunObserver):
-    """Requests interventions before ticks."""
-
     def __init__(self, run, requests) -> None:
         self.run, self.requests = run, requests
 
@@ -52,8 +50,6 @@ def override(path, status="FAILURE", before=True, execution=0):
 
 
 class Outcome(RunObserver):
-    """The digest, the events and the observers of a run."""
-
     def __init__(self, station, root, requests=(), *observers, state=None) -> None:
         tree = Tree(root, clock=station.clock)
         tree.setup(**station.infrastructure)

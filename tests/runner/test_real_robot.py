@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_manip.arm import SENT_AHEAD
-from bt_manip.runner.real_robot import LATE, REFRESH, SILENT, RealRobot
+from bt_manip.runner.real_robot import LATE, MOST, REFRESH, SILENT, RealRobot
 
 
 class Twin(RealRobot):
@@ -15,8 +15,13 @@ class Twin(RealRobot):
         self.cell, self.late_ticks = SimpleNamespace(step=lambda steps, then: None), 0
         self.faults, self.sent = [], []
         follower = SimpleNamespace(send_on=lambda latency, model: self.sent.append(latency) or True)
-        self._arm = SimpleNamespace(
-            moving=False, model=None, follower=follower, give_up=self.faults.append
+        self.times = SimpleNamespace(time=2.0)
+        self._arm = self.arm = SimpleNamespace(
+            moving=False,
+            model=None,
+            follower=follower,
+            give_up=self.faults.append,
+            robot=SimpleNamespace(mj_data=self.times),
         )
         self._connection = self.connection = SimpleNamespace(
             setpoint=0, lag=0, send=lambda latency, setpoints: None
@@ -39,6 +44,16 @@ def test_a_tick_is_late_that_takes_more_than_a_few_steps_longer(more, late):
     robot.connection.wait = lambda steps: steps + more
     robot.step(50)
     assert robot.late_ticks == late
+
+
+def test_steps_beyond_the_most_of_a_tick_are_made_by_the_reference_alone():
+    robot, made, advanced = Twin(), [], []
+    robot.cell.step = lambda steps, then: made.append(steps)
+    robot.arm.advance = advanced.append
+    robot.connection.wait = lambda steps: MOST + 40
+    robot.step(50)
+    assert made == [MOST] and advanced == [1e-3] * 40
+    assert robot.connection.setpoint == 40 and robot.times.time == pytest.approx(2.04)
 
 
 @pytest.mark.parametrize("latency", [10, 60])

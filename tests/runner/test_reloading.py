@@ -40,8 +40,6 @@ REMOVING = """<root BTCPP_format="4">
 
 
 class Editor(RunObserver):
-    """Writes a file anew at a tick."""
-
     def __init__(self, path, at, text):
         self.path, self.at, self.text, self.ticks = path, at, text, 0
 

@@ -29,8 +29,6 @@ class Cell:
 
 
 class Log(RunObserver):
-    """Writes down what it is told."""
-
     def __init__(self) -> None:
         self.calls = []
 

@@ -33,7 +33,6 @@ def make(parts, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> Ru
 
 
 def whole(run: Run, **options) -> tuple[str, list[dict]]:
-    """Return the digest of a run and its snapshots."""
     recorder, snapshots = Recorder("", 0), Snapshots()
     run.execute([recorder, snapshots], **options)
     return recorder.report().state_digest, snapshots.taken

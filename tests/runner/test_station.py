@@ -9,6 +9,7 @@ import pytest
 from bt_manip import build_station, spatial
 from bt_manip.cell import CellError
 from bt_manip.robots import RobotError, panda
+from bt_manip.scenes import Scene, SceneRobot
 
 
 def test_a_station_begins_with_the_robot_at_home_on_the_table_and_the_seed_asked_for(parts):
@@ -17,6 +18,33 @@ def test_a_station_begins_with_the_robot_at_home_on_the_table_and_the_seed_asked
     assert station.robot.q == pytest.approx(station.robot.description.home)
     assert list(station.cell.objects) == ["table", "basket"]
     assert station.cell.time == 0.0 and not station.arm.moving
+    found = station.infrastructure
+    assert found["robot"] is station.robot and found["gripper"] is station.gripper
+    assert found["arm"] is station.arm and found["controllers"] is station.controllers
+
+
+def test_a_slower_station_begins_its_motions_at_its_speed(parts):
+    arm = build_station(parts, speed=0.25).arm
+    assert (arm.speed_factor, arm.follower.speed_scale) == (0.25, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("reach", "scale"), [(1.015, 1.0), (0.975, 1 / 0.975), (0.7, 1 / 0.7), (3, 0)]
+)
+def test_a_robot_stands_where_an_arm_of_its_reach_does(parts, reach, scale):
+    robot = replace(panda(), T_rb=spatial.pose((0.1, -0.05, 0.0)))
+    where = spatial.pose((-0.7, 0.4, 0.2), (np.cos(0.4), 0.0, 0.0, np.sin(0.4)))
+    model = build_station(parts, scene=Scene((SceneRobot(where),)), robot=robot).arm.model
+    scene = Scene((SceneRobot(where, for_reach=reach * model.reach),))
+    station = build_station(parts, scene=scene, robot=robot)
+    shoulder = station.cell.data.joint("panda/joint1").xanchor[:2]
+    if scale:
+        assert shoulder == pytest.approx(scale * where.translation[:2])
+    else:  # the tool at home is 0.15 m from the origin at least
+        out = np.linalg.norm(station.robot.tool_pose.translation[:2] - shoulder)
+        assert np.linalg.norm(shoulder) == pytest.approx(out + 0.15)
+    base = station.cell.pose("panda").translation
+    assert base[2] == pytest.approx(0.2)
 
 
 def test_a_robot_may_be_described_by_a_file(parts):

@@ -20,35 +20,62 @@ class Slow(GravityCompensatedPD):
         return super().compute(*arguments)
 
 
-@pytest.fixture
-def station(parts):
-    station = build_station(parts)
+def test_a_controller_that_the_run_switches_to_is_measured(parts):
+    station, warnings = build_station(parts), []
     manager = station.controllers
     assert isinstance(manager, ControllerManager)
     manager.add("slow", Slow)
-    return station
-
-
-def measured(station, labels, switches=()):
-    """Run 60 control steps with a stopwatch, and return its warnings."""
-    warnings = []
-    stopwatch = Stopwatch(labels, warnings.append)
+    stopwatch = Stopwatch({"slow": "controller 'slow' of mine"}, warnings.append)
     stopwatch.run_started(SimpleNamespace(station=station))
     for tick in range(6):
-        if tick in switches:
-            station.controllers.switch("slow")
+        if tick == 1:
+            manager.switch("slow")
         station.cell.step(10)
         stopwatch.after_tick()
     stopwatch.run_ended()
-    return warnings
-
-
-def test_a_controller_that_the_run_switches_to_is_measured(station):
-    (warning,) = measured(station, {"slow": "controller 'slow' of mine"}, switches=(1,))
+    (warning,) = warnings
     assert warning.startswith("controller 'slow' of mine is slow: it takes ")
     assert "compute" not in vars(station.controller)
 
 
-def test_fast_unused_and_unlabelled_controllers_give_no_warning(station):
-    assert measured(station, {"computed_torque": "the default", "slow": "the other"}) == []
-    assert measured(station, {}, switches=(0,)) == []
+class Clock:
+    """A controller whose calls take a given time [ms], and the clock that they are measured by."""
+
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+    def compute(self, duration):
+        self.now += 1e-3 * duration
+
+
+FIRST = [900.0] * 10
+
+
+@pytest.mark.parametrize(
+    ("label", "durations", "warns"),
+    [
+        ("mine", [*FIRST, 0.6, 0.4, 0.6], True),
+        ("mine", [*FIRST, 0.6, 0.4, 0.6, 0.4], False),  # not most of the calls
+        ("mine", [*FIRST, 0.49, 0.49], False),
+        ("mine", FIRST[:5], False),
+        ("other", [*FIRST, 0.6, 0.6], False),
+    ],
+)
+def test_most_calls_after_the_first_ten_have_to_be_slow(monkeypatch, label, durations, warns):
+    clock, warnings = Clock(), []
+    monkeypatch.setattr(time, "perf_counter", clock)
+    robot = SimpleNamespace(controllers=SimpleNamespace(controller=clock, active="mine"))
+    station = SimpleNamespace(cell=SimpleNamespace(dt=1e-3), robots={"arm": robot})
+    stopwatch = Stopwatch({label: "It"}, warnings.append)
+    stopwatch.run_started(SimpleNamespace(station=station))
+    for duration in durations:
+        clock.compute(duration)
+        clock.now += 0.4e-3
+        stopwatch.after_tick()
+    stopwatch.run_ended()
+    assert warnings == warns * [
+        "It is slow: it takes 0.53 ms in each control step of 1 ms (53%), which is 57% of the "
+        "time that a step takes; the results are the same"
+    ]

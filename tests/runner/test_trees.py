@@ -3,7 +3,7 @@
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import RunRequest, TreeSource, find_tree, prepare
+from bt_manip.runner import RunRequest, TreeSource, find_tree, prepare, prepare_station
 
 DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
@@ -144,6 +144,23 @@ def test_a_module_that_is_not_there_is_told_as_such(parts):
 def test_a_tree_of_an_installed_module_is_found(parts):
     source = TreeSource("x", "python", module="bt_manip.bt", function="AlwaysSuccess")
     assert prepare(RunRequest(source), parts).tree.root.name == "AlwaysSuccess"
+
+
+def test_a_run_continues_in_the_given_station(parts, tmp_path):
+    path, above = tmp_path / "task.py", (0.3, -0.7, 0.1, -2.2, 0.0, 1.6, 0.8)
+    path.write_text(
+        "from bt_manip.behaviours import MoveToConfiguration\n"
+        'move = MoveToConfiguration(configuration="above")\n'
+    )
+    request = RunRequest(find_tree(f"{path}:move", {}), configurations={"above": above})
+    station = prepare_station(request, parts)
+    prepare(request, parts, station=station).execute()
+    first = station.cell.time
+    assert station.arm.q == pytest.approx(above)
+    again = prepare(request, parts, station=station)
+    again.execute()
+    assert again.station is station
+    assert first < station.cell.time < first + 0.1  # the arm is there already
 
 
 def test_a_users_tree_py_does_not_shadow_modules_of_others(parts, tmp_path):

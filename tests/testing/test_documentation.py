@@ -1,4 +1,4 @@
-"""The page about testing names every fixture and contract."""
+"""The page about testing names every fixture."""
 
 import re
 from pathlib import Path
@@ -14,9 +14,3 @@ def test_the_page_names_every_fixture():
     assert len(fixtures) >= 8
     for name in fixtures:
         assert f"`{name}`" in PAGE.read_text(), name
-
-
-def test_the_page_names_every_contract():
-    text = PAGE.read_text()
-    for kind in ("behaviour", "object", "robot", "controller", "tree, scene"):
-        assert f"| {kind} |" in text

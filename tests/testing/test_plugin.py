@@ -24,7 +24,6 @@ PICK = """<root BTCPP_format="4"><BehaviorTree ID="Pick">
 
 @pytest.fixture
 def session(situations, pytester):
-    """Run pytest over some files and give its result."""
     situations.reset()  # whatever has to be imported is: it would be imported anew by each session
 
     def run(*options: str, files: dict[str, str] | None = None, **modules: str):

@@ -42,8 +42,6 @@ context = mujoco.MjrContext(mujoco.MjModel.from_xml_string("<mujoco/>"), 150)
 
 
 class Display(NamedTuple):
-    """A virtual display and the file with its pixels."""
-
     environment: dict[str, str]
     file: Path
 

@@ -46,8 +46,6 @@ class _StubCondition(Condition):
 
 
 class _StubControl(Control):
-    """A control with unknown rules."""
-
     can_run: ClassVar = False
 
     def _tick(self) -> NodeStatus:
@@ -55,8 +53,6 @@ class _StubControl(Control):
 
 
 class _StubDecorator(Decorator):
-    """A decorator with unknown rules."""
-
     can_run: ClassVar = False
 
     def _tick(self) -> NodeStatus:

@@ -65,7 +65,6 @@ def read_trees(context: ReadingContext, tree_ids: Iterable[str] = ()) -> dict[st
 
 
 def _check_root(root: Element, problems: Problems) -> None:
-    """Check the elements directly below ``<root>``."""
     models = [child for child in root.children if child.name == "TreeNodesModel"]
     for extra in models[1:]:
         problems.error(extra.place, "only one <TreeNodesModel> is allowed")

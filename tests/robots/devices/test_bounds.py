@@ -98,6 +98,14 @@ def test_a_motion_that_goes_on_beyond_the_bounds_ends_in_the_planned_stop(statio
     assert not arm.problem
 
 
+def test_bounds_of_joints_narrow_their_limits_and_no_others():
+    plain = Robot(panda()).limits
+    bounds = ArmBounds(joints={"joint1": (-0.5, 9.0), "joint3": (-9.0, 0.25)})
+    limits = Robot(panda(), bounds=bounds).limits
+    assert limits.lower.tolist() == [-0.5, *plain.lower[1:]]
+    assert limits.upper.tolist() == [*plain.upper[:2], 0.25, *plain.upper[3:]]
+
+
 @pytest.mark.parametrize(
     ("joints", "message"),
     [

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from math import inf
 from multiprocessing import Pipe
 from pathlib import Path
@@ -13,10 +14,12 @@ from threading import Thread
 
 import numpy as np
 import pytest
+from dm_control.composer.variation.distributions import Uniform
 
 from bt_manip import build_station, load_plugins
 from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, WaitUntilUndisturbed
 from bt_manip.bt import NodeStatus, Tree
+from bt_manip.cell.randomization import Randomization
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.session import Session
@@ -24,6 +27,7 @@ from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError, panda
 from bt_manip.robots.connection_worker import serve_arm
+from bt_manip.scenes import table_and_basket
 from bt_manip_contracts import (
     DEVICE_CONTRACT,
     GRIPPER_CONTRACT,
@@ -50,6 +54,8 @@ on = "table"
 position = [0.3, 0.1]
 expected = true
 """
+FRICTION = {"friction": Uniform(0.2, 0.6)}
+RANDOMIZED = replace(table_and_basket(), randomization=Randomization(objects={"cube": FRICTION}))
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +82,6 @@ def station(parts, file):
 
 @pytest.fixture
 def reflex(station, file):
-    """Give a function that stops the arm with a reflex."""
     problem = Path(f"{file}.problem")
     yield lambda text="joint_reflex, joint 4": problem.write_text(text)
     problem.unlink(missing_ok=True)
@@ -238,6 +243,7 @@ def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station)
         ({"backend": "fak=1"}, "unknown backend 'fak'; did you mean 'fake'"),
         ({"backend": "fake"}, "--backend wants fake=ADDRESS"),
         ({"backend": "fake=1", "scene": "two_arms"}, "moves one robot, the scene has several"),
+        ({"backend": "fake=1", "scene": RANDOMIZED}, "a real cell cannot be randomized"),
         ({"speed": 0.0}, "speed must be above 0"),
     ],
 )

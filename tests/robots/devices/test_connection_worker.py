@@ -123,7 +123,6 @@ def work(device, parent, limits):
 
 
 def run(device, motion, limits):
-    """Let a device execute a motion; return the shared readings."""
     return work(device, Parent(device, motion), limits)
 
 
@@ -391,32 +390,24 @@ FAULTS = st.one_of(
 ERRORS = st.sampled_from([OSError("cable"), RuntimeError("driver"), SystemExit(1)])
 
 
-ANY_FAULTS = given(
-    faults=st.dictionaries(st.integers(1, 600), FAULTS, min_size=1, max_size=3),
-    raised=st.dictionaries(
-        st.sampled_from(["write", "finish"]), st.tuples(st.integers(1, 600), ERRORS), max_size=1
-    ),
-    extrapolated=st.sampled_from([0, 3, 20]),
-    period=st.sampled_from([STEP, 2 * STEP, 4 * STEP]),
-)
+@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.soak)])
+def test_no_faults_at_any_time_write_beyond_the_limits(model, motion, count):
+    @settings(max_examples=count, deadline=None)
+    @given(
+        faults=st.dictionaries(st.integers(1, 600), FAULTS, min_size=1, max_size=3),
+        raised=st.dictionaries(
+            st.sampled_from(["write", "finish"]), st.tuples(st.integers(1, 600), ERRORS), max_size=1
+        ),
+        extrapolated=st.sampled_from([0, 3, 20]),
+        period=st.sampled_from([STEP, 2 * STEP, 4 * STEP]),
+    )
+    def check(faults, raised, extrapolated, period):
+        device = Device(motion[0], faults, raised, extrapolated=extrapolated, period=period)
+        shared = run(device, motion, model.limits)
+        check_written(device, model.limits)
+        assert shared.problem or np.allclose(device.written[-1], motion[-1])
 
-
-@ANY_FAULTS
-@settings(max_examples=20, deadline=None)
-def test_no_faults_at_any_time_write_beyond_the_limits(
-    model, motion, faults, raised, extrapolated, period
-):
-    device = Device(motion[0], faults, raised, extrapolated=extrapolated, period=period)
-    shared = run(device, motion, model.limits)
-    check_written(device, model.limits)
-    assert shared.problem or np.allclose(device.written[-1], motion[-1])
-
-
-@pytest.mark.soak
-@ANY_FAULTS
-@settings(max_examples=1000, deadline=None)
-def test_1000_cases_of_faults_write_nothing_beyond_the_limits(model, motion, **case):
-    test_no_faults_at_any_time_write_beyond_the_limits.hypothesis.inner_test(model, motion, **case)
+    check()
 
 
 def test_every_number_of_a_reading_arrives_at_its_place():

@@ -31,7 +31,6 @@ def robot(description):
 
 
 def changed(description, **changes):
-    """Change the gripper of a description."""
     gripper = description.gripper
     own = {key: changes.pop(key) for key in list(changes) if hasattr(gripper, key)}
     parameters = {**gripper.parameters, **changes}
