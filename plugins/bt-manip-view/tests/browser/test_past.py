@@ -42,14 +42,14 @@ def early(program, open_window) -> Window:
     """Open the page at the start; from then on the run goes on."""
     window = open_window(program.url, light=False)
     window.wait_for_scene()
-    wait_until(lambda: window.time() > 4.5)
+    wait_until(lambda: window.time() > 3.0)
     return window
 
 
 def test_any_past_time_of_a_run_that_goes_on_is_that_of_its_recording(early, path):
     check_moments(early, path, share_of=MOMENTS[1::2])
     moment = float(line_of(early).get_attribute("data-shown"))
-    wait_until(lambda: early.time() > moment + 1.0)  # while the run goes on
+    wait_until(lambda: early.time() > moment + 0.3)  # while the run goes on
     assert float(line_of(early).get_attribute("data-shown")) == moment
     back_to_now(early)
     early.wait_for_tree(r"▶ (Hover|Reach|Lift|Drop) ")  # it follows again
@@ -126,7 +126,7 @@ def test_recording_and_report_of_the_run_on_the_page_can_be_saved(early, path, p
     saved.value.save_as(tmp_path / RECORD)
     mine, full = Past(tmp_path / RECORD), Past(path)
     assert len(mine.times) == pytest.approx(len(full.times), abs=50)  # while the arm stops
-    for moment in (1.0, 4.0):
+    for moment in (1.0, 2.5):
         assert mine.states(mine.at(moment)[0]) == full.states(full.at(moment)[0])
     assert len(Timeline(Recording(tmp_path / RECORD)).times) == len(mine.times)
     early.page.get_by_text("Report", exact=True).and_(early.page.locator("[href]")).wait_for()
