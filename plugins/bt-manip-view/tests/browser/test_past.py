@@ -29,7 +29,8 @@ def range_of(window: Window) -> tuple[float, float]:
 @pytest.fixture(scope="module")
 def program(start) -> Program:
     arguments = ("--cycles", "0", "--seed", "3", "--view", "--record", RECORD)
-    return start("run", "pick_place", *arguments, "--real-time", "4")
+    arguments += ("--view-breakpoints", "SpawnObject", "--real-time", "5")
+    return start("run", "pick_place", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +40,14 @@ def path(program):
 
 @pytest.fixture(scope="module")
 def early(program, open_window) -> Window:
-    """Open the page at the start; from then on the run goes on."""
+    """Open the page at the start; when the scene is there, the run goes on."""
     window = open_window(program.url, light=False)
     window.wait_for_scene()
-    wait_until(lambda: window.time() > 3.0)
+    window.wait_for_text("s: paused at SpawnObject")
+    window.set_breakpoint("SpawnObject")
+    window.press("Continue")
+    wait_until(lambda: window.time() > 5.0)
+    window.choose("Speed", "1")
     return window
 
 
@@ -126,7 +131,7 @@ def test_recording_and_report_of_the_run_on_the_page_can_be_saved(early, path, p
     saved.value.save_as(tmp_path / RECORD)
     mine, full = Past(tmp_path / RECORD), Past(path)
     assert len(mine.times) == pytest.approx(len(full.times), abs=50)  # while the arm stops
-    for moment in (1.0, 2.5):
+    for moment in (1.0, 4.0):
         assert mine.states(mine.at(moment)[0]) == full.states(full.at(moment)[0])
     assert len(Timeline(Recording(tmp_path / RECORD)).times) == len(mine.times)
     early.page.get_by_text("Report", exact=True).and_(early.page.locator("[href]")).wait_for()

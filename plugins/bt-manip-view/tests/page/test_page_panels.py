@@ -7,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip import build_station
-from bt_manip.bt import Sleep, Tree
+from bt_manip.bt import Sleep
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip_view import Page
 from bt_manip_view.page.plugin_panels import page_panels
 
@@ -33,25 +31,23 @@ def register_panels(register):
 
 
 @pytest.fixture
-def watched_run(tmp_path, capsys, monkeypatch):
+def watched_run(make_run, tmp_path, capsys, monkeypatch):
     """Execute a run with the panels of a plugin; return station, elements by kind, and warnings."""
 
-    def run(code: str):
+    def execute(code: str):
         (tmp_path / "a_panel.py").write_text(code)
         monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(tmp_path))
         plugins = load_plugins(entry_points=VIEW, warn=pytest.fail)
-        page = Page(page_panels(plugins), port=0, speed=None)
+        page, run = Page(page_panels(plugins), port=0, speed=None), make_run(Sleep(msec=50))
         try:
-            station = build_station(plugins.parts)
-            tree = Tree(Sleep(msec=50), clock=station.clock)
-            Run(RunRequest(TreeSource("test", "python")), tree, station).execute([page])
+            run.execute([page])
         finally:
             page.close()
-        assert station.cell.time == pytest.approx(0.06)
+        assert run.station.cell.time == pytest.approx(0.06)
         elements = [change[3:] for change in json.loads(page.gui.snapshot()[1])[1:]]
-        return station, elements, capsys.readouterr().err.splitlines()
+        return run.station, elements, capsys.readouterr().err.splitlines()
 
-    return run
+    return execute
 
 
 def test_the_panel_of_the_readme_is_on_the_page(watched_run):

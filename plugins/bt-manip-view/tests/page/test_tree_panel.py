@@ -2,7 +2,6 @@
 
 import pytest
 
-from bt_manip import build_station
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
 from bt_manip.runner import RunObserver, RunRequest, TreeSource, prepare
@@ -84,9 +83,9 @@ def findings_of(client):
     return {names[uid]: [tuple(one) for one in found] for uid, found in tree["findings"].items()}
 
 
-def prepared(path, parts, text=CHECKED):
+def prepared(path, parts, text=CHECKED, **station):
     path.write_text(text)
-    return prepare(RunRequest(TreeSource("task", "xml", path=path)), parts)
+    return prepare(RunRequest(TreeSource("task", "xml", path=path)), parts, **station)
 
 
 def test_warnings_are_shown_at_their_nodes_before_a_run_and_in_it(page, connect, parts, tmp_path):
@@ -100,7 +99,8 @@ def test_warnings_are_shown_at_their_nodes_before_a_run_and_in_it(page, connect,
     assert severity == "warning" and text.startswith("Sleep never runs") and len(shown) == 1
     run.execute([page])
     assert findings_of(client) == shown
-    page.show_prepared(prepared(tmp_path / "task.xml", parts, CHECKED.replace("true", "false")))
+    text = CHECKED.replace("true", "false")
+    page.show_prepared(prepared(tmp_path / "task.xml", parts, text, station=run.station))
     assert findings_of(client) == {}
 
 
@@ -130,19 +130,19 @@ def test_an_error_of_an_edit_is_shown_until_it_is_gone_and_at_its_node_unless_li
     assert seen[1] == (warned, [])
 
 
-def test_a_tree_with_errors_is_shown_by_them(page, connect, parts):
-    page.begin_idle(build_station(parts))
+def test_a_tree_with_errors_is_shown_by_them(make_run, page, connect):
+    page.begin_idle(make_run(Sleep(msec=20)).station)
     page.show_errors("task", ["task.xml:3:7: error: unknown node '<Slep>'"])
     tree = connect("page").see().find("tree")
     assert (tree["nodes"], tree["problems"]) == ([], ["task.xml:3:7: error: unknown node '<Slep>'"])
 
 
-def test_states_are_kept_until_there_is_a_new_cell(make_run, page, connect, parts):
+def test_states_are_kept_until_there_is_a_new_cell(make_run, page, connect):
     run = make_run(tree())
     run.execute([page])
     client = connect("page")
     page.begin_idle(run.station)
     assert states_of(client.see())["never"][0] == "FAILURE"
-    page.begin_idle(build_station(parts))
+    page.begin_idle(make_run(tree()).station)
     assert states_of(client.see()) == {} and client.find("tree")["nodes"]
     assert client.find("blackboard")["values"] == {}
