@@ -7,7 +7,10 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import msgpack
+import zmq
 
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
 from bt_manip.exceptions import BtManipError
@@ -20,9 +23,6 @@ from bt_manip_groot.messages import (
     RequestError,
     transition,
 )
-
-if TYPE_CHECKING:
-    import zmq
 
 HOST = "127.0.0.1"
 
@@ -97,12 +97,9 @@ class GrootPublisher(RunView):
         *,
         stays: bool = False,
     ) -> None:
-        import zmq
-
         self._tell, self._stays = tell, stays
-        context = zmq.Context()
-        context.linger = 0
-        self._context = context
+        self._context = zmq.Context()
+        self._context.linger = 0
         self._replies = self._bind(zmq.REP, port)
         self._notifications = self._bind(zmq.PUB, port + 1)
         self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
@@ -185,9 +182,7 @@ class GrootPublisher(RunView):
 
     # The thread of the publisher
 
-    def _bind(self, kind: int, port: int) -> "zmq.Socket[bytes]":
-        import zmq
-
+    def _bind(self, kind: int, port: int) -> zmq.Socket[bytes]:
         bound = self._context.socket(kind)
         bound.setsockopt(zmq.MAXMSGSIZE, LARGEST_REQUEST)
         try:
@@ -222,8 +217,6 @@ class GrootPublisher(RunView):
 
     def _request(self) -> list[bytes]:
         """Receive a request; of more than three parts the rest is dropped."""
-        import zmq
-
         parts = [self._replies.recv()]
         while self._replies.getsockopt(zmq.RCVMORE):
             part = self._replies.recv()
@@ -286,8 +279,6 @@ class GrootPublisher(RunView):
                 found[name] = self._values.get(path) or None
                 if path:
                     found["ROOT"] = self._values.get("") or None
-        import msgpack
-
         packed: bytes = msgpack.packb(found or None, default=str, unicode_errors="replace")
         return packed
 

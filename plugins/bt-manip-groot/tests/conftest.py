@@ -3,14 +3,18 @@
 import os
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from bt_manip import build_station
 from bt_manip.bt import Action, BehaviourRegistry, Blackboard, Input, Status, Tree, parse_tree
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import Run, RunObserver, RunRequest, Station, TreeSource
 from bt_manip_groot.publisher import GrootPublisher
 from tests.support.program import bt_manip as bt_manip
+from tests.support.runs import make_run as make_run
+from tests.support.runs import shared_stations as shared_stations
+from tests.support.runs import station_pool as station_pool
 
 from .client import Client, free_ports
 
@@ -53,6 +57,13 @@ def station(parts):
     return build_station(parts)
 
 
+def run_of(station: Station, tree: Tree, **request: Any) -> Run:
+    """Give a run of a tree in a station."""
+    tree.clock = station.clock
+    tree.setup(**station.infrastructure)
+    return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
+
+
 class Steps(RunObserver):
     """Lets the run go on by one tick at a time."""
 
@@ -92,10 +103,7 @@ class Watched:
         self.lines: list[str] = []
         self.port = free_ports()
         publisher = GrootPublisher(self.port, self.lines.append)
-        tree.clock = station.clock
-        tree.setup(**station.infrastructure)
-        source = TreeSource("test", "python")
-        self.run = Run(RunRequest(source, cycles=0, tick=0.01), tree, station)
+        self.run = run_of(station, tree, cycles=0, tick=0.01)
         self._stopped = False
         self._thread = threading.Thread(
             target=self.run.execute,

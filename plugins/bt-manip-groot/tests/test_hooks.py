@@ -116,18 +116,15 @@ def test_replacing_the_status_of_a_motion_stops_the_arm(watch):
     assert abs(robot.arm.q[0] - 0.5) > 0.1
 
 
-def test_a_node_of_stock_py_trees_cannot_have_a_hook(watch):
+def test_hooks_that_cannot_be_are_refused_with_the_others_of_their_list(watch):
     watched = watch(Tree(Sequence(Running(name="wait"), MoveHome())))
-    reply = watched.client.send([b"\x02I\0\0\0\0", json.dumps(hook(2)).encode()])
-    assert reply == [b"error", b"node 2 is of py_trees and cannot have a hook"]
-    assert watched.client.statuses()[1] == IDLE
-
-
-def test_an_invalid_hook_in_a_list_leaves_the_others_out(counted):
-    request = json.dumps([hook(2), {**hook(3), "mode": True}]).encode()
-    reply = counted.client.send([b"\x02I\0\0\0\0", request])
-    assert reply == [b"error", b"'mode' must be of type int from 0 to 1"]
-    assert counted.client.hooks() == []
+    for hooks, error in (
+        (hook(2), b"node 2 is of py_trees and cannot have a hook"),
+        ([hook(3), {**hook(3), "mode": True}], b"'mode' must be of type int from 0 to 1"),
+    ):
+        reply = watched.client.send([b"\x02I\0\0\0\0", json.dumps(hooks).encode()])
+        assert reply == [b"error", error]
+    assert watched.client.hooks() == [] and watched.client.statuses()[1] == IDLE
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")

@@ -9,15 +9,15 @@ from typing import ClassVar
 
 import pytest
 
-from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import RecordingError
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import RunObserver
 from bt_manip_groot.log_files import BtlogRecorder, SqliteRecorder
 from bt_manip_recording import McapRecorder
+from tests.support.recorded import coming_and_going
 
-from .conftest import sample_tree
+from .conftest import run_of, sample_tree
 
 
 def read_btlog(path):
@@ -37,12 +37,6 @@ def read_btlog(path):
 def read_database(path, query):
     with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as database:
         return database.execute(query).fetchall()
-
-
-def run(station, tree, *observers, **request):
-    tree.clock = station.clock
-    tree.setup(**station.infrastructure)
-    Run(RunRequest(TreeSource("test", "python"), **request), tree, station).execute(observers)
 
 
 class Interventions(RunObserver):
@@ -69,7 +63,7 @@ def logs(station, groot2, tmp_path_factory):
     paths = folder / "demo.btlog", folder / "demo.db3"
     paths[1].write_text("an older file")
     observers = Interventions(), BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
-    run(station, tree, *observers, cycles=11, tick=0.1)
+    run_of(station, tree, cycles=11, tick=0.1).execute(observers)
     assert read_btlog(paths[0])[1] == instance_to_xml(tree)
     return paths
 
@@ -114,31 +108,27 @@ def test_a_log_ends_when_the_tree_is_replaced(station, tmp_path):
             if cycle == 1:
                 tree.replace(Tree(Sequence(Sleep(msec=20), Sleep(msec=20))))
 
-    run(station, tree, Replace(tmp_path / "a.btlog"), cycles=2)
+    run_of(station, tree, cycles=2).execute([Replace(tmp_path / "a.btlog")])
     assert {row[1] for row in read_btlog(tmp_path / "a.btlog")[3]} == {1, 2}
 
 
 @pytest.mark.parametrize("recorder", [BtlogRecorder, SqliteRecorder])
-def test_a_log_that_cannot_be_written_is_one_error(station, recorder, tmp_path):
-    path = tmp_path / "missing" / "log"
+def test_a_log_without_a_path_or_that_cannot_be_written_is_one_error(station, recorder, tmp_path):
+    with pytest.raises(BtManipError, match=rf"--record FILE\{recorder.suffix}"):
+        recorder(None)
+    log = recorder(tmp_path / "missing" / "log")
     with pytest.raises(RecordingError, match="log '.*log' cannot be written"):
-        run(station, Tree(Sleep(msec=20)), recorder(path))
+        run_of(station, Tree(Sleep(msec=20))).execute([log])
 
 
 def test_a_full_disk_is_one_error_and_a_database_does_not_replace_a_pipe(station, tmp_path):
     with pytest.raises(RecordingError, match="cannot be written: No space left on device"):
-        run(station, Tree(Sleep(msec=20)), BtlogRecorder(Path("/dev/full")))
+        run_of(station, Tree(Sleep(msec=20))).execute([BtlogRecorder(Path("/dev/full"))])
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with pytest.raises(RecordingError, match="it is no regular file"):
-        run(station, Tree(Sleep(msec=20)), SqliteRecorder(pipe))
+        run_of(station, Tree(Sleep(msec=20))).execute([SqliteRecorder(pipe)])
     assert pipe.is_fifo()
-
-
-@pytest.mark.parametrize("recorder", [BtlogRecorder, SqliteRecorder])
-def test_a_log_needs_a_path(recorder):
-    with pytest.raises(BtManipError, match=rf"--record FILE\{recorder.suffix}"):
-        recorder(None)
 
 
 @pytest.fixture(scope="module")
@@ -146,17 +136,8 @@ def recorded(station, tmp_path_factory):
     """Record a run as MCAP and as logs; give the folder."""
     folder = tmp_path_factory.mktemp("recorded")
     logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
-    tree = Tree(
-        Sequence(
-            "root",
-            SpawnObject("come", object="{cube}"),
-            MoveToConfiguration("turn", configuration=[1.0, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-            Sleep("rest", msec=50),
-            RemoveObject("go", object="{cube}"),
-            Sleep("end", msec=50),
-        )
-    )
-    run(station, tree, *logs, McapRecorder(folder / "run.mcap"))
+    observers = *logs, McapRecorder(folder / "run.mcap")
+    run_of(station, Tree(coming_and_going())).execute(observers)
     return folder
 
 

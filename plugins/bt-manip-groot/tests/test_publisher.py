@@ -10,15 +10,14 @@ from pathlib import Path
 import msgpack
 import pytest
 
-from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, MoveToConfiguration
 from bt_manip.bt import BehaviourRegistry, Sequence, Sleep, Tree, parse_tree
 from bt_manip.record import Recorder
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import RunObserver
 from bt_manip_groot.publisher import GrootPublisher
 
 from .client import Client, free_ports, hook
-from .conftest import sample_tree
+from .conftest import run_of, sample_tree
 
 TICKS_BEFORE = {1: 1, 2: 1, 3: 1, 4: 1, 8: 1, 9: 5}
 """Ticks of the tree before some requests of the transcript, by their index."""
@@ -136,8 +135,7 @@ def test_a_publisher_that_stays_answers_between_runs_with_the_last_tree(station)
     client, seen = None, set()
     try:
         for name in ("first", "second"):
-            tree = Tree(Sleep(name, msec=30), clock=station.clock)
-            Run(RunRequest(TreeSource("test", "python")), tree, station).execute([publisher])
+            run_of(station, Tree(Sleep(name, msec=30))).execute([publisher])
             client = client or Client(port)
             xml = client.ask("T")
             assert f'name="{name}"'.encode() in xml
@@ -197,26 +195,18 @@ def well_formed(body):
     )  # fmt: skip
 
 
-def digest_of(parts, *observers):
+def digest_of(make_run, *observers):
     """Run a motion and give the digest of all states."""
-    station = build_station(parts)
-    move = MoveToConfiguration(configuration=[0.5, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8])
-    tree = Tree(Sequence(move, MoveHome()), clock=station.clock)
-    tree.setup(**station.infrastructure)
-    run = Run(RunRequest(TreeSource("test", "python")), tree, station)
     recorder = Recorder("test", 0)
-    run.execute([recorder, *observers])
+    move = MoveToConfiguration(configuration=[0.5, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8])
+    make_run(Sequence(move, MoveHome())).execute([recorder, *observers])
     return recorder.report().state_digest
 
 
-@pytest.fixture(scope="module")
-def digest(parts):
-    """Give the digest of a run that nobody watches."""
-    return digest_of(parts)
-
-
 @pytest.mark.parametrize("number", [500, pytest.param(10_000, marks=pytest.mark.soak)])
-def test_malformed_messages_get_errors_and_leave_the_run_as_it_is(parts, digest, number):
+def test_malformed_messages_get_errors_and_leave_the_run_as_it_is(
+    make_run, shared_stations, number
+):
     port = free_ports()
     client = Client(port)
     replies = []
@@ -237,26 +227,9 @@ def test_malformed_messages_get_errors_and_leave_the_run_as_it_is(parts, digest,
         def run_ended(self):
             self.thread.join()
 
-    assert digest_of(parts, Attack(), GrootPublisher(port)) == digest
+    assert digest_of(make_run, Attack(), GrootPublisher(port)) == digest_of(make_run)
     client.close()
     errors = [reply for reply in replies if reply[0] == b"error"]
     assert len(replies) > 0.9 * number and all(len(reply) == 2 for reply in errors)
     assert len(errors) > number / 2
     assert all(len(reply[0]) == 22 for reply in replies if reply[0] != b"error")
-
-
-def test_a_run_that_is_watched_has_the_digest_of_one_that_is_not(parts, digest):
-    port = free_ports()
-    client = Client(port)
-    answered = []
-
-    class Groot(RunObserver):
-        """Asks for everything in each tick."""
-
-        def after_tick(self):
-            for kind, payload in (("S", None), ("B", b"MainTree"), ("T", None), ("t", None)):
-                answered.append(client.ask(kind, payload))
-
-    assert digest_of(parts, Groot(), GrootPublisher(port)) == digest
-    client.close()
-    assert len(answered) > 100

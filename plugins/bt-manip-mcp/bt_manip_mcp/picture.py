@@ -1,6 +1,5 @@
 """A recorder that draws the cell as a run leaves it: at the moment of its failure, if it fails."""
 
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
@@ -45,8 +44,7 @@ class PictureRecorder(RunObserver):
         from PIL import Image
 
         cell = self._cell
-        renderer = FrameRenderer(cell.model, *SIZE)
-        with closing(renderer):
+        with FrameRenderer(cell.model, *SIZE) as renderer:
             pixels = renderer.frame(cell.data, camera_number(cell.model, self._camera))
         with writing(self._path, "picture"):
             Image.fromarray(pixels).save(self._path)

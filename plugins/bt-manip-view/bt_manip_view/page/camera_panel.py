@@ -43,6 +43,7 @@ class CameraPanel(Panel):
         self._picture = page.gui.add("picture", source="", visible=False)
         self._message = page.gui.add_html("")
         self._renderer: FrameRenderer | None = None
+        self._shown = NO_CAMERA
         self._cell: Any = None
         self._model: Any = None  # whose cameras are offered
         self._next = 0.0
@@ -70,14 +71,14 @@ class CameraPanel(Panel):
         self.end_tick()
 
     def draw(self) -> None:
-        """Update the list of cameras; render the first image even if the run is paused."""
+        """Update the list of cameras; render one that was just chosen even if the run is paused."""
         if self._cell is None:
             return
         model = self._cell.model
         if model is not self._model:
             self._model = model
             self._choice.options = (NO_CAMERA, *(model.camera(i).name for i in range(model.ncam)))
-        if self._renderer is None:
+        if self._renderer is None or self._shown != self._choice.value:
             self.end_tick()
         self._picture.visible = self._renderer is not None
 
@@ -93,9 +94,9 @@ class CameraPanel(Panel):
         from PIL import Image  # not when plugins are loaded
 
         model = self._cell.model
-        self._message.content = ""
+        self._message.content, self._shown = "", self._choice.value
         try:
-            number = camera_number(model, self._choice.value)
+            number = camera_number(model, self._shown)
             if self._renderer is None or self._renderer.model is not model:
                 self.close()
                 self._renderer = FrameRenderer(model, *PICTURE_SIZE, shadow_size=0, samples=0)

@@ -24,10 +24,7 @@ SCENE_PATH = "/scene"
 
 STATIC = Path(__file__).parent / "static"
 
-FILES = {
-    "/": "page.html", "/page.css": "page.css", "/page.js": "page.js", "/widgets.js": "widgets.js",
-    "/tree.js": "tree.js", "/timeline.js": "timeline.js",
-}  # fmt: skip
+FILES = {"/": STATIC / "page.html", **{f"/{file.name}": file for file in STATIC.iterdir()}}
 """Files by path."""
 
 TYPES = {
@@ -87,7 +84,7 @@ class Site:
             return _response(client_html().encode(), TYPES[".html"], SCENE_POLICY)
         if path not in FILES:
             return _response(None, "text/plain", PAGE_POLICY)
-        file = STATIC / FILES[path]
+        file = FILES[path]
         return _response(file.read_bytes(), TYPES[file.suffix], PAGE_POLICY)
 
     async def serve(self, connection: Any) -> None:

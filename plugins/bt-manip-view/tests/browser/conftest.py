@@ -69,7 +69,7 @@ DRAW_ONE_FRAME = """
         window.drawing = true;
         const check = () => {
             __viserMutable.requestRender();
-            if (frame() < first + 2) return requestAnimationFrame(check);
+            if (frame() == first) return requestAnimationFrame(check);
             window.drawing = false;  // what is drawn stays
             requestAnimationFrame(done);
         };
@@ -77,9 +77,6 @@ DRAW_ONE_FRAME = """
     })
 """
 """Draws a whole frame of the scene as it is now."""
-
-POSITION = "() => __viserMutable.nodeRefFromName['/cube/cube:cube']?.position.toArray() ?? []"
-"""Gives the position of the cube in the scene [m], or nothing where there is none."""
 
 SIZE = {"width": 1280, "height": 720}
 """Size of the window [pixels]."""
@@ -101,23 +98,24 @@ COMPLETE = """
 
 CORNERS = """
     names => {
-        const { nodeRefFromName, camera } = __viserMutable, corners = [];
+        const { nodeRefFromName, camera } = __viserMutable;
+        let farthest = 0, count = 0;
         camera.updateMatrixWorld();
         for (const name of names) nodeRefFromName[name].traverse((mesh) => {
             if (!mesh.isMesh || !mesh.geometry?.attributes?.position) return;
             mesh.updateWorldMatrix(true, false);
             const { array, itemSize } = mesh.geometry.attributes.position;
             const step = itemSize * Math.max(1, Math.floor(array.length / itemSize / 200));
-            for (let i = 0; i < array.length; i += step) {
+            for (let i = 0; i < array.length; i += step, count++) {
                 const v = camera.position.clone().set(array[i], array[i + 1], array[i + 2]);
                 v.applyMatrix4(mesh.matrixWorld).project(camera);
-                corners.push([v.x, v.y]);
+                farthest = Math.max(farthest, Math.abs(v.x), Math.abs(v.y));
             }
         });
-        return corners;
+        return [farthest, count];
     }
 """
-"""Gives points of nodes of the scene; in both directions, the picture is from -1 to 1."""
+"""Gives the farthest coordinate of points of nodes, up to 1 in the picture, and their number."""
 
 
 class Program:
@@ -174,7 +172,7 @@ class Window:
 
     def choose(self, label: str, option: str) -> None:
         """Choose an option of a drop-down list."""
-        self.page.get_by_label(label, exact=True).select_option(option)
+        self.page.get_by_role("combobox", name=label, exact=True).select_option(option)
 
     def node(self, name: str) -> Any:
         """Return the row of a node of the tree that is in view."""
@@ -255,7 +253,7 @@ class Window:
             node,
         )
         pixels = self.scene()
-        self.evaluate("() => put_back()")
+        self.evaluate("() => { put_back(); }")  # without its result: it has the whole scene
         return pixels
 
     def scene(self, name: str | None = None) -> np.ndarray:

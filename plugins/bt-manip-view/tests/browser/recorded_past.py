@@ -44,14 +44,9 @@ WORDS = 100
 
 
 class Past:
-    """The states of a run at the end of a tick.
-
-    Attributes:
-        size: Number of bytes of the file when it was read.
-    """
+    """The states of a run at the end of a tick."""
 
     def __init__(self, path: Path) -> None:
-        self.size = path.stat().st_size
         self.messages: list[tuple[int, float, str, bytes]] = []  # ticks, time [s], topic, content
         channels: dict[int, str] = {}
         with path.open("rb") as file:
@@ -73,9 +68,13 @@ class Past:
         tick, _, _, data = self._poses[int(np.searchsorted(self.times, time + 1e-6)) - 1]
         return tick, data
 
-    def before(self, tick: int, topic: str) -> list[dict[str, Any]]:
-        found = (one for one in self.messages if one[2] == topic and one[0] <= tick)
-        return [json.loads(data) for _, _, _, data in found]
+    def board(self, tick: int) -> dict[str, str]:
+        """Return the entries of the blackboard, as the page shows them."""
+        values: dict[str, Any] = {}
+        for number, _, topic, data in self.messages:
+            if topic == "/blackboard" and number <= tick:
+                values |= {(one := json.loads(data))["key"]: one["value"]}
+        return {key: str(value)[:WORDS] for key, value in values.items() if value is not None}
 
     def states(self, tick: int) -> dict[str, tuple[str, str]]:
         """Return sign and message of all nodes, by uid."""
@@ -137,33 +136,27 @@ def check_moments(
         scene: Whether the window has the scene.
     """
     window.open_tab("Blackboard")
-    past: Past | None = None
-    for share in share_of:
-        past = _check_moment(window, path, share, past, scene)
-
-
-def _check_moment(window: Window, path: Path, share: float, past: Past | None, scene: bool) -> Past:
     line = window.page.get_by_role("slider", name="Timeline")
-    back_to_now(window)
-    box = line.bounding_box()
-    line.click(position={"x": 8 + share * (box["width"] - 16), "y": 30}, force=True)
-    wait_until(lambda: line.get_attribute("data-shown") is not None)
-    found = [past]
-    moment = float(str(line.get_attribute("data-shown")))
+    for share in share_of:
+        back_to_now(window)
+        box = line.bounding_box()
+        line.click(position={"x": 8 + share * (box["width"] - 16), "y": 30}, force=True)
+        wait_until(lambda: line.get_attribute("data-shown") is not None)
+        _check_moment(window, path, float(line.get_attribute("data-shown")), scene)
+
+
+def _check_moment(window: Window, path: Path, moment: float, scene: bool) -> None:
+    past: Past
 
     def recorded() -> bool:
-        if found[0] is None or found[0].size != path.stat().st_size:
-            found[0] = Past(path)  # of a run that goes on, a moment is in the file a little later
-        is_complete = len(found[0].times) > 0 and found[0].times[-1] > moment + 0.1
+        nonlocal past
+        past = Past(path)  # of a run that goes on, a moment is in the file a little later
+        is_complete = past.times.max(initial=0.0) > moment + 0.1
         return is_complete or not window.button("Stop").count()
 
     wait_until(recorded)
-    past = found[0]
-    assert past is not None
     tick, data = past.at(moment)
-    states = past.states(tick)
-    board = {one["key"]: one["value"] for one in past.before(tick, "/blackboard")}
-    board = {key: str(value)[:WORDS] for key, value in board.items() if value is not None}
+    states, board = past.states(tick), past.board(tick)
     frames = FrameTransforms.FromString(data).transforms
     arms = {one.child_frame_id: one.translation for one in frames}
     arms = {name: at for name, at in arms.items() if "link" in name or "hand" in name}
@@ -182,4 +175,3 @@ def _check_moment(window: Window, path: Path, share: float, past: Past | None, s
         return wrong
 
     wait_until(lambda: not differences(), lambda: f"at {moment} s: {differences()}")
-    return past

@@ -29,7 +29,8 @@ def range_of(window: Window) -> tuple[float, float]:
 @pytest.fixture(scope="module")
 def program(start) -> Program:
     arguments = ("--cycles", "0", "--seed", "3", "--view", "--record", RECORD)
-    return start("run", "pick_place", *arguments, "--real-time", "4")
+    arguments += ("--view-breakpoints", "SpawnObject", "--real-time", "5")
+    return start("run", "pick_place", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -39,17 +40,21 @@ def path(program):
 
 @pytest.fixture(scope="module")
 def early(program, open_window) -> Window:
-    """Open the page at the start; from then on the run goes on."""
+    """Open the page at the start; when the scene is there, the run goes on."""
     window = open_window(program.url, light=False)
     window.wait_for_scene()
-    wait_until(lambda: window.time() > 4.5)
+    window.wait_for_text("s: paused at SpawnObject")
+    window.set_breakpoint("SpawnObject")
+    window.press("Continue")
+    wait_until(lambda: window.time() > 5.0)
+    window.choose("Speed", "1")
     return window
 
 
 def test_any_past_time_of_a_run_that_goes_on_is_that_of_its_recording(early, path):
     check_moments(early, path, share_of=MOMENTS[1::2])
     moment = float(line_of(early).get_attribute("data-shown"))
-    wait_until(lambda: early.time() > moment + 1.0)  # while the run goes on
+    wait_until(lambda: early.time() > moment + 0.3)  # while the run goes on
     assert float(line_of(early).get_attribute("data-shown")) == moment
     back_to_now(early)
     early.wait_for_tree(r"▶ (Hover|Reach|Lift|Drop) ")  # it follows again

@@ -117,7 +117,7 @@ WHILE = (None,) * 50
 """Ticks in which the arm comes to the end of a motion."""
 
 
-def test_a_run_after_jogging_and_reset_has_the_digest_of_the_command_line(
+def test_a_run_begins_where_the_arm_was_jogged_and_after_a_reset_is_that_of_the_command_line(
     session, serve, user, tree, tmp_path, bt_manip
 ):
     report = tmp_path / "report.json"
@@ -126,19 +126,14 @@ def test_a_run_after_jogging_and_reset_has_the_digest_of_the_command_line(
     chosen = choice(tree, seed=3)
     serve(("run", chosen))
     assert session.last.report.state_digest == expected
-    serve(lambda: user.jog(0.4), *WHILE, ("reset", chosen), ("run", chosen))
-    assert session.last.report.state_digest == expected
-
-
-def test_a_run_begins_where_the_arm_was_jogged_and_its_result_has_no_command(
-    session, serve, user, tree
-):
     before = session.station
-    serve(lambda: user.jog(0.4), *WHILE, ("run", choice(tree)))
+    serve(lambda: user.jog(0.4), *WHILE, ("run", chosen))
     assert session.last.run.station is before
     assert session.last.report.status == "SUCCESS"
     ((_, result),) = user.elements("result")
-    assert "began where the arm was jogged" in result["text"]
+    assert "began where the arm was jogged" in result["text"]  # no command repeats it
+    serve(("reset", chosen), ("run", chosen))
+    assert session.last.report.state_digest == expected
 
 
 SPAWN = """
@@ -205,34 +200,32 @@ def save(user, name):
     user.use("button", "Save configuration", "click")
 
 
-def test_a_saved_configuration_can_be_named_by_the_next_tree(
-    session, serve, user, tmp_path, bt_manip
+def test_a_saved_configuration_can_be_named_by_the_next_tree_also_in_a_new_file(
+    session, serve, user, tree, tmp_path, bt_manip
 ):
-    tree = tmp_path / "saved.xml"
-    tree.write_text(SAVED_MOVE)
+    saved, file = tmp_path / "saved.xml", tmp_path / "new.toml"
+    saved.write_text(SAVED_MOVE)
     serve(lambda: user.jog(0.4), *WHILE, *WHILE, lambda: save(user, "above"))
     assert (tmp_path / SAVED).is_file()
     assert str(tmp_path / SAVED) in user.text
-    serve(("reset", choice(str(tree))), ("run", choice(str(tree))))
+    serve(("reset", choice(str(saved))), ("run", choice(str(saved))))
     assert session.last.report.status == "SUCCESS"
     assert session.station.robot.q[0] == pytest.approx(0.4, abs=2e-3)
-    assert bt_manip("run", tree, "--configurations", SAVED).code == 0
-
-
-def test_configurations_can_be_saved_in_a_new_file(session, serve, user, tree, tmp_path):
-    file = tmp_path / "new.toml"
+    assert bt_manip("run", saved, "--configurations", SAVED).code == 0
     session.options = replace(session.options, configurations=file)
-    serve(("run", choice(tree)))
+    serve(("run", choice(tree)), lambda: save(user, "here"))
     assert session.last.report.status == "SUCCESS"
-    serve(lambda: save(user, "here"))
     assert "here = [" in file.read_text()
 
 
-def test_a_cell_that_raises_stands_still_until_the_next_request(
+def test_a_cell_that_raises_or_exits_stands_still_until_the_next_request(
     session, serve, user, tree, monkeypatch
 ):
     def fail(*_, **__):
         raise ValueError("the physics diverged")
+
+    def leave(*_, **__):
+        raise SystemExit("no license")
 
     monkeypatch.setattr(session.station.cell, "step", fail)
     start = time.perf_counter()
@@ -241,12 +234,6 @@ def test_a_cell_that_raises_stands_still_until_the_next_request(
     assert "the physics diverged" in user.text
     serve(("reset", choice(tree)))
     assert session.station.cell.time > 0.0
-
-
-def test_a_plugin_that_exits_does_not_end_the_session(session, serve, user, tree, monkeypatch):
-    def leave(*_, **__):
-        raise SystemExit("no license")
-
     monkeypatch.setattr(session.plugins.parts.controllers, "get", leave)
     serve(("reset", choice(tree)))
     assert "SystemExit: no license" in user.text

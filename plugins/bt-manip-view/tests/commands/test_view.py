@@ -9,18 +9,10 @@ import time
 import urllib.request
 
 import msgspec
-import viser
-from websockets import Subprotocol
 from websockets.sync.client import connect
 
+from ..page.conftest import CAMERA, PROTOCOLS
 from .conftest import using_loopback_only
-
-CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.3, 0.0, 1.2),
-    "fov": 1.0, "near": 0.1, "far": 9.0, "image_height": 9, "image_width": 9,
-    "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
-}  # fmt: skip
-"""The first message of a scene."""
 
 
 def test_the_page_is_served_on_loopback_until_ctrl_c(trees, tmp_path):
@@ -38,8 +30,9 @@ def test_the_page_is_served_on_loopback_until_ctrl_c(trees, tmp_path):
                 assert line
                 address = "".join(re.findall(r"http://(127\.0\.0\.1:\d+)", line))
             # A browser that shows the scene: without one, the run begins after 10 s.
-            protocols = [Subprotocol(f"viser-v{viser.__version__}")]
-            scene = connect(f"ws://{address}/scene", subprotocols=protocols, max_size=None)
+            scene = connect(
+                f"ws://{address}/scene", subprotocols=[PROTOCOLS["scene"]], max_size=None
+            )
             scene.send(msgspec.msgpack.encode(CAMERA))
             while "stays up" not in line:
                 line = process.stdout.readline()

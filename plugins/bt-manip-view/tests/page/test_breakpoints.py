@@ -2,14 +2,8 @@
 
 import pytest
 
-from bt_manip.bt import AlwaysSuccess, BehaviourRegistry, Sequence, Sleep, read_tree
-from bt_manip_view.page.breakpoints import (
-    Breakpoints,
-    marked_paths,
-    nodes_of,
-    paths_of,
-    problem_of,
-)
+from bt_manip.bt import BehaviourRegistry, read_tree
+from bt_manip_view.page.breakpoints import Breakpoints, marked_paths, paths_of, problem_of
 
 MARKED = """
 <root BTCPP_format="4" main_tree_to_execute="Main">
@@ -82,15 +76,3 @@ def test_they_stay_at_their_nodes_when_an_edit_renumbers_them():
     later = [{**node, "path": node["path"].replace("5", "6")} for node in NODES[2:]]
     points.show("tree", [*NODES[:2], added, *later], ())
     assert points.paths == {"right/Sleep::6"}
-
-
-def test_a_breakpoint_of_the_page_is_kept_for_the_next_run(make_run, page, connect):
-    root = Sequence("root", AlwaysSuccess("first"), Sleep("rest", msec=20))
-    make_run(root).execute([page])
-    client = connect("page").see()
-    client.send(client.uid("tree"), "breakpoint", "first")
-    client.send(client.uid("tree"), "breakpoint", "rest")
-    client.send(client.uid("tree"), "breakpoint", "first")
-    page.show_prepared(make_run(Sequence("root", AlwaysSuccess("first"), Sleep("rest", msec=20))))
-    assert connect("page").see().find("tree")["breakpoints"] == ["rest"]
-    assert nodes_of(make_run(Sleep("only", msec=1)).tree) == [{"path": "only", "name": "only"}]

@@ -54,32 +54,28 @@ def picture(page, connect):
     return see
 
 
-def test_the_picture_is_that_of_the_chosen_camera(opengl, make_run, page, picture, monkeypatch):
+def test_the_picture_is_that_of_the_chosen_camera_and_does_not_change_the_run(
+    opengl, make_run, page, picture, monkeypatch
+):
+    def digest(*observers):
+        recorder = Recorder("test", 0)
+        make_run(root()).execute([recorder, page, *observers])
+        return recorder.report().state_digest
+
     monkeypatch.setattr(camera_panel, "PICTURE_SHARE", 1e9)
     monkeypatch.setattr(camera_panel, "PICTURE_PERIOD", 0.0)
+    with monkeypatch.context() as without_renderer:
+        without_renderer.setattr(camera_panel, "FrameRenderer", None)
+        expected_digest = digest(Chooser(page, picture.client, NO_CAMERA))
+        assert picture() == (None, "")
     chooser = Chooser(page, picture.client, "panda/wrist")
-    make_run(root()).execute([page, chooser])
+    assert digest(chooser) == expected_digest
     shown, text = picture()
     cell = chooser.cell
     with FrameRenderer(cell.model, *PICTURE_SIZE, shadow_size=0, samples=0) as renderer:
         expected = renderer.frame(cell.data, camera_number(cell.model, "panda/wrist"))
     assert not text
     assert np.abs(shown.astype(int) - expected).mean() < 4.0  # of JPEG
-
-
-def test_pictures_do_not_change_the_run(opengl, make_run, page, picture):
-    digests = []
-    for camera in (NO_CAMERA, "panda/wrist"):
-        recorder = Recorder("test", 0)
-        make_run(root()).execute([recorder, page, Chooser(page, picture.client, camera)])
-        digests.append(recorder.report().state_digest)
-    assert digests[0] == digests[1]
-
-
-def test_nothing_is_rendered_where_no_camera_is_chosen(make_run, page, picture, monkeypatch):
-    monkeypatch.setattr(camera_panel, "FrameRenderer", None)
-    make_run(root()).execute([page, Chooser(page, picture.client, NO_CAMERA)])
-    assert picture() == (None, "")
 
 
 def test_without_opengl_a_line_says_so_and_the_run_goes_on(make_run, page, picture, monkeypatch):

@@ -18,38 +18,18 @@ from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip_view.page import server as page_server
 from bt_manip_view.page.gui import Gui
+from bt_manip_view.page.viser_internals import viser_messages
 
 from .conftest import CAMERA
 
-FIELDS = {
-    "ViewerCameraMessage": (
-        "wxyz", "position", "fov", "near", "far", "image_height", "image_width", "look_at",
-        "up_direction",
-    ),
-    "GuiUpdateMessage": ("uuid", "updates"),
-    "GuiButtonHoldMessage": ("uuid", "frequency"),
-    "GuiFormSubmitMessage": ("uuid",),
-    "GuiFormDirtyMessage": ("uuid",),
-    "CommandTriggerMessage": ("uuid",),
-    "TransformControlsUpdateMessage": ("name", "wxyz", "position", "owner"),
-    "TransformControlsDragStartMessage": ("name", "owner"),
-    "SceneNodeClickMessage": (
-        "name", "instance_index", "ray_origin", "ray_direction", "screen_pos", "modifier", "owner",
-    ),
-    "ScenePointerMessage": (
-        "event_type", "ray_origin", "ray_direction", "screen_pos", "modifier",
-    ),
-    "FileTransferStartUpload": (
-        "source_component_uuid", "transfer_uuid", "filename", "mime_type", "part_count",
-        "size_bytes",
-    ),
-    "FileTransferPart": ("source_component_uuid", "transfer_uuid", "part_index", "content"),
-    "GetRenderResponseMessage": ("payload", "render_uuid"),
-    "ShareUrlRequest": (),
-    "MeshMessage": ("name", "props"),
-    "Message": (),
-    "no such type": ("uuid",),
-}  # fmt: skip
+KINDS = (
+    "ViewerCameraMessage", "GuiUpdateMessage", "GuiButtonHoldMessage", "GuiFormSubmitMessage",
+    "GuiFormDirtyMessage", "CommandTriggerMessage", "TransformControlsUpdateMessage",
+    "TransformControlsDragStartMessage", "SceneNodeClickMessage", "ScenePointerMessage",
+    "FileTransferStartUpload", "FileTransferPart", "GetRenderResponseMessage", "ShareUrlRequest",
+    "MeshMessage", "Message", "no such type",
+)  # fmt: skip
+"""Types of messages of the scene."""
 
 NESTED = b"\x91" * 100_000
 VALUES = (0, -1, 10**18, 1.5, float("nan"), float("inf"), None, True, "", "x" * 20_000, [], [0] * 3,
@@ -66,9 +46,10 @@ def scene_messages(number):
         if index < len(fixed):
             yield fixed[index]
             continue
-        kind = rng.choice(list(FIELDS))
+        kind = rng.choice(KINDS)
+        fields = getattr(getattr(viser_messages, kind, None), "__dataclass_fields__", ("uuid",))
         values = (*VALUES, b"x", [float("nan")] * 4)
-        message = {name: rng.choice(values) for name in FIELDS[kind] if rng.random() < 0.95}
+        message = {name: rng.choice(values) for name in fields if rng.random() < 0.95}
         data = encode({"type": kind, **message})
         if rng.random() < 0.2:
             data = data[: rng.randrange(len(data))] + rng.randbytes(rng.randrange(20))

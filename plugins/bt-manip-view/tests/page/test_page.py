@@ -12,7 +12,6 @@ import trimesh
 from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunObserver
 from bt_manip_recording import CellScene
 from bt_manip_view import Page
@@ -33,17 +32,6 @@ def picking():
 
 def of_type(messages, kind):
     return [message for message in messages if message["type"] == kind]
-
-
-def test_a_watched_run_keeps_its_digest(make_run, page, connect):
-    def digest(*observers):
-        recorder = Recorder("test", 0)
-        make_run(picking()).execute([recorder, *observers])
-        return recorder.report().state_digest
-
-    connect()  # never reads
-    connect("page")
-    assert digest() == digest(page)
 
 
 def test_the_visible_geometry_is_sent_once_with_its_textures_and_the_poses(make_run, page, connect):
@@ -86,29 +74,31 @@ MOVABLE = """
 </worldbody></mujoco>"""
 
 
-def test_no_two_nodes_have_the_same_name_in_turn(page, connect):
-    """A page would keep the pose of the first, and so would the replay of a report."""
+@pytest.fixture
+def movable():
     model = mujoco.MjModel.from_xml_string(MOVABLE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    return model, data
+
+
+def test_no_two_nodes_have_the_same_name_in_turn(page, connect, movable):
+    """A page would keep the pose of the first, and so would the replay of a report."""
     client, view = connect(), SceneView(page.server)
     for number in range(3):
-        view.bind(CellScene(model, data, {"thing": number}))
+        view.bind(CellScene(*movable, {"thing": number}))
     created = [m["name"] for m in of_type(client.read(), "FrameMessage")]
     assert "/thing" in created and len(set(created)) == len(created)
 
 
-def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
-    model = mujoco.MjModel.from_xml_string(MOVABLE)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect, movable):
     view = SceneView(page.server)
-    view.bind(CellScene(model, data))
+    view.bind(CellScene(*movable))
     client = connect()
     client.read()
-    data.xpos[1, 0] = 1.0
+    movable[1].xpos[1, 0] = 1.0
     for _ in range(2):
-        view.bind(CellScene(model, data))
+        view.bind(CellScene(*movable))
     (moved,) = of_type(client.read(), "SetPositionMessage")
     assert moved["name"] == "/thing/thing" and moved["position"] == [1.0, 0.0, 0.0]
 
@@ -218,9 +208,9 @@ def in_thread(make_run, page):
     """Execute a run with the page in another thread; return the run and the thread."""
     threads = []
 
-    def start(root, **request):
+    def start(root, stop=lambda: False, **request):
         run = make_run(root, **request)
-        thread = threading.Thread(target=lambda: run.execute([page]))
+        thread = threading.Thread(target=lambda: run.execute([page], stop=stop))
         threads.append(thread)
         thread.start()
         return run, thread
@@ -280,42 +270,20 @@ def test_a_speed_that_is_no_positive_number_is_refused(speed):
         Page(port=0, speed=speed)
 
 
-def test_a_paused_run_ends_at_an_interrupt_without_an_open_page(make_run, page):
-    interrupted = threading.Event()
-    run = make_run(Sleep("rest", msec=100))
+@pytest.mark.parametrize("is_open", [False, True])
+def test_a_paused_run_ends_at_an_interrupt_and_when_it_is_stopped(
+    in_thread, page, connect, is_open
+):
+    client = connect("page") if is_open else None
     page.controls.paused = True
-    thread = threading.Thread(target=lambda: run.execute([page], stop=interrupted.is_set))
-    thread.start()
-    time.sleep(0.2)
+    interrupted = threading.Event()
+    run, thread = in_thread(Sleep("rest", msec=100), stop=interrupted.is_set, cycles=0)
+    time.sleep(0.1)
     assert thread.is_alive()
-    interrupted.set()
+    if client is None:
+        interrupted.set()
+    else:
+        client.press("Stop")
     thread.join(30)
     assert not thread.is_alive() and run.station.cell.time < 0.02
-
-
-def test_a_paused_run_can_be_stopped(in_thread, page, client):
-    client.toggle()
-    _, thread = in_thread(Sleep("rest", msec=100), cycles=0)
-    time.sleep(0.1)
-    client.press("Stop")
-    thread.join(30)
-    assert not thread.is_alive() and page.stopped
-
-
-def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
-    page.controls.breakpoints = frozenset(["second"])
-    root = Sequence("root", Sleep("first", msec=300), Sleep("second", msec=50))
-    connect()
-    client = connect("page")
-    wait_until(lambda: page.site.is_open)
-    run, thread = in_thread(root)
-    wait_until(lambda: page.controls.paused)
-    client.see()
-    line = client.uid("timeline")
-    client.send(line, "seek", 0.0)
-    wait_until(lambda: client.see().find("timeline")["shown"] is not None)
-    assert client.find("timeline")["shown"] < run.station.cell.time
-    client.send(line, "seek", None)
-    wait_until(lambda: client.see().find("timeline")["shown"] is None)
-    client.toggle()
-    thread.join(30)
+    assert page.stopped == is_open

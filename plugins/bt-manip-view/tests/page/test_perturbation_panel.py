@@ -75,34 +75,21 @@ def test_a_dragged_object_follows_and_falls_when_it_is_let_go(make_run, page, ha
         5: hand.click_cube,
         10: lambda: hand.drag(0.3, 0.0, 1.2),
         20: lambda: hand.scene.drag(HANDLE, (0.3, 0.0, 1.4)),
+        30: lambda: hand.client.set("slider", "Maximum force [N]", 80.0),
         100: lambda: hand.scene.drag(HANDLE),
     }
-    make_run(tree()).execute([page, hand])
-    assert [event["target"] for event in hand.events] == [[0.3, 0.0, 1.2], [0.3, 0.0, 1.4], None]
-    assert hand.events[0]["max_force"] == 50.0
+    run = make_run(tree())
+    run.execute([page, hand])
+    targets = [0.3, 0.0, 1.2], [0.3, 0.0, 1.4], [0.3, 0.0, 1.4], None
+    assert [(event["target"], event.get("max_force")) for event in hand.events] == list(
+        zip(targets, (50.0, 50.0, 80.0, None), strict=True)
+    )
     assert max(hand.heights) > hand.heights[9] + 0.1
     assert hand.heights[-1] == pytest.approx(hand.heights[9], abs=0.01)
     assert lines == [False, True, True, True, False, False]
     assert np.abs(hand.handle["position"][2] - hand.heights[-1]) < 0.01
-
-
-def test_the_maximum_force_can_be_changed_during_a_pull(make_run, page, hand):
-    hand.actions |= {
-        5: hand.click_cube,
-        10: lambda: hand.drag(0.3, 0.0, 1.2),
-        20: lambda: hand.client.set("slider", "Maximum force [N]", 80.0),
-    }
-    make_run(tree()).execute([page, hand])
-    assert [event.get("max_force") for event in hand.events[:2]] == [50.0, 80.0]
-    assert hand.events[1]["target"] == [0.3, 0.0, 1.2]
-
-
-def test_only_objects_that_can_move_are_offered(make_run, page, hand):
-    options = []
-    hand.actions[10] = lambda: options.extend(hand.chosen["options"])
-    make_run(tree(RemoveObject(object="{cube}"), Sleep(msec=20))).execute([page, hand])
-    assert "cube" in options and "panda" not in options and "table" not in options
-    assert "cube" not in hand.chosen["options"]
+    page.begin_idle(run.station)
+    assert hand.handle is None  # only a run can be perturbed
 
 
 def test_a_page_that_is_closed_lets_go(make_run, page, hand, connect):
@@ -123,17 +110,17 @@ def test_a_page_that_is_closed_lets_go(make_run, page, hand, connect):
     assert [event["target"] for event in hand.events] == [[0.3, 0.0, 1.2], None]
 
 
-def test_an_object_that_vanishes_while_it_is_pulled_ends_the_pull(make_run, page, hand):
-    hand.actions |= {5: hand.click_cube, 140: lambda: hand.drag(0.3, 0.0, 1.2)}
+def test_objects_that_can_move_are_offered_and_one_that_vanishes_ends_its_pull(
+    make_run, page, hand
+):
+    options = []
+    hand.actions |= {
+        5: hand.click_cube,
+        10: lambda: options.extend(hand.chosen["options"]),
+        140: lambda: hand.drag(0.3, 0.0, 1.2),
+    }
     make_run(tree(RemoveObject(object="{cube}"), Sleep(msec=50))).execute([page, hand])
+    assert "cube" in options and "panda" not in options and "table" not in options
+    assert "cube" not in hand.chosen["options"]
     assert hand.events[-1]["target"] is None
     assert hand.handle is None and "/pull" not in hand.scene.nodes
-
-
-def test_there_is_no_handle_without_a_run(make_run, page, hand):
-    hand.actions[5] = hand.click_cube
-    run = make_run(tree())
-    run.execute([page, hand])
-    assert hand.handle is not None
-    page.begin_idle(run.station)
-    assert hand.handle is None

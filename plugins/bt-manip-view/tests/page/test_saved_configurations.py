@@ -6,22 +6,16 @@ from bt_manip.robots import RobotError, load_configurations
 from bt_manip_view.page.saved_configurations import save_configuration
 
 
-def test_saved_configurations_are_read_back(tmp_path):
+def test_saved_configurations_are_read_back_and_those_that_need_quotes_stay(tmp_path):
     path = tmp_path / "configurations.toml"
-    save_configuration(path, "ready", [0.5, -1.0])
     save_configuration(path, "above_bin", [1.0, 2.0])
-    save_configuration(path, "ready", [0.25, 1e-7])
-    assert load_configurations(path) == {"ready": (0.25, 0.0), "above_bin": (1.0, 2.0)}
-
-
-def test_names_that_need_quotes_stay_in_the_file(tmp_path):
-    path = tmp_path / "configurations.toml"
     known = {"above bin": (1.0,), "a.b": (2.0,), 'say "ä"\n': (3.0,)}
     keys = ('"above bin"', '"a.b"', '"say \\"ä\\"\\n"')
-    lines = [f"{key} = {list(q)}\n" for key, q in zip(keys, known.values(), strict=True)]
-    path.write_text("[configurations]\n" + "".join(lines), encoding="utf-8")
-    save_configuration(path, "ready", [0.5])
-    assert load_configurations(path) == known | {"ready": (0.5,)}
+    with path.open("a", encoding="utf-8") as file:
+        file.writelines(f"{key} = {list(q)}\n" for key, q in zip(keys, known.values(), strict=True))
+    save_configuration(path, "ready", [0.5, -1.0])
+    save_configuration(path, "ready", [0.25, 1e-7])
+    assert load_configurations(path) == known | {"above_bin": (1.0, 2.0), "ready": (0.25, 0.0)}
 
 
 @pytest.mark.parametrize("name", ["", "above bin", "a.b", "home", "a]"])

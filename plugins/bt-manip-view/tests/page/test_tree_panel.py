@@ -2,7 +2,6 @@
 
 import pytest
 
-from bt_manip import build_station
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
 from bt_manip.runner import RunObserver, RunRequest, TreeSource, prepare
@@ -22,7 +21,9 @@ def states_of(client):
     return {names[uid]: state for uid, state in tree["states"].items()}
 
 
-def test_the_nodes_have_ports_statuses_messages_and_times(make_run, page, connect):
+def test_the_nodes_have_ports_statuses_messages_and_times_and_the_tree_its_end(
+    make_run, page, connect
+):
     make_run(tree()).execute([page])
     client = connect("page").see()
     nodes = {node["name"]: node for node in client.find("tree")["nodes"]}
@@ -35,6 +36,8 @@ def test_the_nodes_have_ports_statuses_messages_and_times(make_run, page, connec
     _, _, start, end = states["rest"]
     assert end - start == pytest.approx(0.02)
     assert not client.find("tree")["failed"]
+    make_run(AlwaysFailure("never")).execute([page])
+    assert client.see().find("tree")["failed"]
 
 
 def test_only_the_states_that_have_changed_are_sent(make_run, page, connect):
@@ -50,7 +53,9 @@ def test_only_the_states_that_have_changed_are_sent(make_run, page, connect):
     assert len(merged) >= 2 and len(merged[-1]) < 6
 
 
-def test_breakpoints_are_set_and_removed_in_the_margin(make_run, page, connect):
+def test_breakpoints_are_set_and_removed_in_the_margin_and_kept_for_the_next_run(
+    make_run, page, connect
+):
     make_run(tree()).execute([page])
     client = connect("page").see()
     margin = client.uid("tree")
@@ -61,6 +66,8 @@ def test_breakpoints_are_set_and_removed_in_the_margin(make_run, page, connect):
     assert client.see().find("tree")["breakpoints"] == ["rest", "spawn"]
     client.send(margin, "breakpoint", "spawn")
     assert page.controls.breakpoints == {"rest"}
+    page.show_prepared(make_run(tree()))
+    assert connect("page").see().find("tree")["breakpoints"] == ["rest"]
 
 
 CHECKED = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
@@ -76,9 +83,9 @@ def findings_of(client):
     return {names[uid]: [tuple(one) for one in found] for uid, found in tree["findings"].items()}
 
 
-def prepared(path, parts, text=CHECKED):
+def prepared(path, parts, text=CHECKED, **station):
     path.write_text(text)
-    return prepare(RunRequest(TreeSource("task", "xml", path=path)), parts)
+    return prepare(RunRequest(TreeSource("task", "xml", path=path)), parts, **station)
 
 
 def test_warnings_are_shown_at_their_nodes_before_a_run_and_in_it(page, connect, parts, tmp_path):
@@ -87,20 +94,23 @@ def test_warnings_are_shown_at_their_nodes_before_a_run_and_in_it(page, connect,
     page.begin_idle(run.station)
     page.show_prepared(run)
     shown = findings_of(client)
+    assert client.find("status")["text"] == "0.00 s: ready"
     ((severity, text),) = shown["never"]
     assert severity == "warning" and text.startswith("Sleep never runs") and len(shown) == 1
     run.execute([page])
     assert findings_of(client) == shown
-    page.show_prepared(prepared(tmp_path / "task.xml", parts, CHECKED.replace("true", "false")))
+    text = CHECKED.replace("true", "false")
+    page.show_prepared(prepared(tmp_path / "task.xml", parts, text, station=run.station))
     assert findings_of(client) == {}
 
 
 @pytest.mark.parametrize("above", ["", "<!-- its lines are not those of the nodes -->\n"])
-def test_an_error_of_an_edit_is_shown_at_its_node_unless_lines_moved(
+def test_an_error_of_an_edit_is_shown_until_it_is_gone_and_at_its_node_unless_lines_moved(
     page, connect, parts, tmp_path, above
 ):
-    path, emitted = tmp_path / "task.xml", []
+    path, seen = tmp_path / "task.xml", []
     run, client = prepared(path, parts), connect("page")
+    problem = f"{path}:{3 if above else 2}:28: error: port 'msec': 'x' is not an integer"
 
     class Editor(RunObserver):
         def run_started(self, run):
@@ -108,60 +118,31 @@ def test_an_error_of_an_edit_is_shown_at_its_node_unless_lines_moved(
 
         def after_tick(self):
             path.write_text(above + CHECKED.replace('msec="30"', 'msec="x"'))
-            problem = f"{path}:{3 if above else 2}:28: error: port 'msec': 'x' is not an integer"
-            self.emit("edit", {"problems": [problem]})
+            self.emit("edit", {"problems": [] if seen else [problem]})
             page.refresh(now=True)
-            emitted.append(findings_of(client))
+            found = findings_of(client)
+            severities = {name: [severity for severity, _ in some] for name, some in found.items()}
+            seen.append((severities, client.find("tree")["problems"]))
 
     run.execute([page, Editor()])
-    found = {name: [severity for severity, _ in found] for name, found in emitted[0].items()}
-    assert found == ({"never": ["warning"]} | ({} if above else {"rest": ["error"]}))
+    warned = {"never": ["warning"]}
+    assert seen[0] == (warned | ({} if above else {"rest": ["error"]}), [problem])
+    assert seen[1] == (warned, [])
 
 
-def test_a_tree_with_errors_is_shown_by_them(page, connect, parts):
-    page.begin_idle(build_station(parts))
+def test_a_tree_with_errors_is_shown_by_them(make_run, page, connect):
+    page.begin_idle(make_run(Sleep(msec=20)).station)
     page.show_errors("task", ["task.xml:3:7: error: unknown node '<Slep>'"])
     tree = connect("page").see().find("tree")
     assert (tree["nodes"], tree["problems"]) == ([], ["task.xml:3:7: error: unknown node '<Slep>'"])
 
 
-def test_a_cycle_that_fails_marks_the_tree(make_run, page, connect):
-    make_run(Sequence("root", AlwaysFailure("never"))).execute([page])
-    assert connect("page").see().find("tree")["failed"]
-
-
-def test_states_are_kept_until_there_is_a_new_cell(make_run, page, connect, parts):
+def test_states_are_kept_until_there_is_a_new_cell(make_run, page, connect):
     run = make_run(tree())
     run.execute([page])
     client = connect("page")
     page.begin_idle(run.station)
     assert states_of(client.see())["never"][0] == "FAILURE"
-    page.begin_idle(build_station(parts))
+    page.begin_idle(make_run(tree()).station)
     assert states_of(client.see()) == {} and client.find("tree")["nodes"]
     assert client.find("blackboard")["values"] == {}
-
-
-def test_the_tree_of_a_run_that_has_not_begun_is_shown(make_run, page, connect):
-    run = make_run(tree())
-    page.begin_idle(run.station)
-    page.show_prepared(run)
-    client = connect("page").see()
-    assert client.find("tree")["nodes"][0]["name"] == "root"
-    assert client.find("status")["text"] == "0.00 s: ready"
-
-
-def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, client):
-    seen = []
-
-    class Editor(RunObserver):
-        def run_started(self, run):
-            self.emit = run.events.emit
-
-        def after_tick(self):
-            problem = "task.xml:3:7: error: unknown node '<Slep>'"
-            self.emit("edit", {"problems": [problem] if len(seen) < 2 else []})
-            page.refresh(now=True)
-            seen.append(client.see().find("tree")["problems"])
-
-    make_run(Sleep("rest", msec=30)).execute([page, Editor()])
-    assert seen[1] == ["task.xml:3:7: error: unknown node '<Slep>'"] and seen[-1] == []

@@ -47,7 +47,7 @@ def videos(opengl, make_run, tmp_path_factory):
     ends = Ends()
     make_run(MoveToConfiguration("turn", configuration=TARGET)).execute([
         ends,
-        VideoRecorder(files[0], size=SIZE, fps=15.0, overlay=False),
+        VideoRecorder(files[0], size=SIZE, fps=10.0, overlay=False),
         VideoRecorder(files[1], size=SIZE, fps=4.0),
         VideoRecorder(
             files[2], size="80x51", fps=5.0, camera="panda/wrist", overlay=False
@@ -66,7 +66,7 @@ def frames_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 def test_each_frame_is_at_its_simulated_time(videos):
     files, ends = videos
-    for path, fps in zip(files, (15, 4, 5), strict=True):
+    for path, fps in zip(files, (10, 4, 5), strict=True):
         times, _ = frames_of(path)
         assert len(times) == int(ends.cell.time * fps) + 1
         np.testing.assert_allclose(times, np.arange(len(times)) / fps, rtol=0.0, atol=0.5001e-3)
@@ -80,13 +80,13 @@ def test_the_format_is_what_browsers_play(videos):
         stream = video.streams.video[0]
         assert (stream.codec_context.name, stream.pix_fmt) == ("h264", "yuv420p")
         assert (stream.width, stream.height) == (WIDTH, HEIGHT)
-        assert float(stream.average_rate) == pytest.approx(15, rel=0.01)
+        assert float(stream.average_rate) == pytest.approx(10, rel=0.01)
 
 
 def test_the_frames_are_the_images_of_the_camera(videos):
     files, ends = videos
     times, images = frames_of(files[0])
-    assert ends.cell.time - times[-1] < 1 / 15
+    assert ends.cell.time - times[-1] < 1 / 10
     for image, expected in zip(images[[0, -1]].astype(int), (ends.first, ends.last), strict=True):
         assert np.abs(image - expected).mean() < 6.0
         # The same share is as white as only the robot is.

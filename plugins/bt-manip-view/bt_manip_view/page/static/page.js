@@ -22,7 +22,6 @@ const byId = (id) => document.getElementById(id);
 const places = { bar: byId("bar"), left: make("div", { className: "inleft" }), below: byId("below"), over: byId("over"), tabs: byId("tabs") };
 const [list, left] = [byId("tabs").querySelector("nav"), byId("left")];
 left.append(places.left);
-places.left.style.cssText = "display:flex;flex-direction:column;flex:1;min-height:0";
 
 // Changes from the server
 
@@ -100,9 +99,7 @@ let front = page.saved("tab") ?? "Log";  // name of the tab at the front
 
 function addTab(element) {
   const inner = make("div", { className: "tab", role: "tabpanel", hidden: true });
-  const button = make("button", { role: "tab", textContent: element.props.label });
-  button.setAttribute("role", "tab");
-  button.onclick = () => showTab(element.uid);
+  const button = make("button", { role: "tab", textContent: element.props.label, onclick: () => showTab(element.uid) });
   list.append(button);
   places.tabs.append(inner);
   return { inner, button, front: element.props.front ?? 0 };
@@ -131,9 +128,7 @@ function drawTabs() {
   if (narrow) places.left.hidden = front != "Tree";
 }
 
-const treeTab = make("button", { textContent: "Tree", hidden: true });
-treeTab.setAttribute("role", "tab");
-treeTab.onclick = () => showTab("tree");
+const treeTab = make("button", { role: "tab", textContent: "Tree", hidden: true, onclick: () => showTab("tree") });
 list.append(treeTab);
 
 // Sizes

@@ -12,8 +12,7 @@ function hue(name) {
 
 function makeTimeline(element, page) {
   const p = element.props;
-  const canvas = make("canvas", { tabIndex: 0, ariaLabel: "Timeline" });
-  canvas.setAttribute("role", "slider");
+  const canvas = make("canvas", { tabIndex: 0, role: "slider", ariaLabel: "Timeline" });
   const button = (textContent, title, onclick) => make("button", { textContent, title, onclick });
   const live = button("Back to now", "Show the present", () => seek(null));
   const tools = make("div", { className: "zoom" }, live,

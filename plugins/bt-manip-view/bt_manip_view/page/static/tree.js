@@ -13,22 +13,14 @@ const IDLE = ["IDLE", "", null, null];
 const statusOf = (node, status) => (node.kind == "Condition" && ANSWERS[status]) || status.toLowerCase();
 
 function makeTree(element, page) {
-  const cell = (name) => Object.assign(document.createElement("span"), { className: name });
-  const div = (name) => Object.assign(document.createElement("div"), { className: name });
-  const node = div("treebox"), tools = div("treetools"), problems = div("error"), rows = div("rows"), space = div("");
-  const edited = Object.assign(div("edited"), { textContent: "The file was edited: it is read when the run goes on.", hidden: true });
-  const search = Object.assign(document.createElement("input"), { type: "search", placeholder: "Search (/)", ariaLabel: "Search" });
-  const follow = Object.assign(document.createElement("input"), { type: "checkbox", checked: page.saved("follow") ?? true });
-  const followLabel = document.createElement("label");
-  followLabel.append(follow, " Follow");
-  followLabel.title = "Unfold running and failed nodes, and scroll to them";
-  const whole = Object.assign(document.createElement("button"), { textContent: "⬑ Whole tree", hidden: true });
-  tools.append(whole, search, followLabel);
-  rows.tabIndex = 0;
-  rows.setAttribute("role", "tree");
-  rows.setAttribute("aria-label", "Tree");
-  rows.append(space);
-  node.append(tools, edited, problems, rows);
+  const search = make("input", { type: "search", placeholder: "Search (/)", ariaLabel: "Search" });
+  const follow = make("input", { type: "checkbox", checked: page.saved("follow") ?? true });
+  const followLabel = make("label", { title: "Unfold running and failed nodes, and scroll to them" }, follow, " Follow");
+  const whole = make("button", { textContent: "⬑ Whole tree", hidden: true });
+  const edited = make("div", { className: "edited", textContent: "The file was edited: it is read when the run goes on.", hidden: true });
+  const problems = make("div", { className: "error" }), space = make("div");
+  const rows = make("div", { className: "rows", tabIndex: 0, role: "tree", ariaLabel: "Tree" }, space);
+  const node = make("div", { className: "treebox" }, make("div", { className: "treetools" }, whole, search, followLabel), edited, problems, rows);
 
   let nodes = new Map(), children = new Map(), depths = new Map(), source = null;
   let alone = 0;  // the sub-tree shown alone
@@ -169,9 +161,8 @@ function makeTree(element, page) {
   }
 
   function newRow() {
-    const line = div("line"), parts = {};
-    for (const name of ["margin", "fold", "sign", "name", "found", "kind", "message", "took"]) line.append(parts[name] = cell(name));
-    line.setAttribute("role", "treeitem");
+    const line = make("div", { className: "line", role: "treeitem" }), parts = {};
+    for (const className of ["margin", "fold", "sign", "name", "found", "kind", "message", "took"]) line.append(parts[className] = make("span", { className }));
     parts.margin.title = "Breakpoint";
     rows.append(line);
     return { line, parts, set: {} };

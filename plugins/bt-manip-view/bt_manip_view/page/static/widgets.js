@@ -13,16 +13,12 @@ let inputs = 0;
 function row(element, input, ...more) {
   const p = element.props;
   input.id = `input${++inputs}`;
-  const label = make("label", { textContent: p.label, htmlFor: input.id });
+  const label = make("label", { htmlFor: input.id });
   const node = make("div", { className: "row", title: p.hint || "" }, label, input, ...more);
-  const all = [input, ...more];
-  return {
-    node,
-    draw() {
-      label.textContent = p.label;
-      for (const one of all) one.disabled = p.disabled;
-    },
-  };
+  return { node, draw() {
+    label.textContent = p.label;
+    for (const one of [input, ...more]) one.disabled = p.disabled;
+  } };
 }
 
 function numeric(element, input) {
@@ -96,7 +92,6 @@ const WIDGETS = {
         input.replaceChildren(...options.map((one) => make("option", { value: one, textContent: one })));
       }
       input.value = p.value;
-      input.setAttribute("aria-label", p.label);
     } };
   },
   text(element) {
