@@ -136,7 +136,7 @@ class ArmWorker:
         self._device, self._pipe, self._limits = device, pipe, limits
         self._setpoints_per_cycle = device.period / CONTROL_STEP
         self._table = np.empty((0, len(limits.lower)))
-        self._first = self._setpoint = 0
+        self._first = self._setpoint = self._rested = 0
         self._cycle = 0  # since the arm was connected
         self._start, self._offset = 0, np.zeros(len(limits.lower))  # of this motion
         self._time = 0.0  # [s] of the robot, of the last reading
@@ -241,14 +241,18 @@ class ArmWorker:
             self._end()
             return
         self._written, self._passed = np.stack([self._written[-1], q]), cycles
-        end = self._first + len(self._table) - 1
-        if (self._position - end) * CONTROL_STEP >= REST_TIME:
+        self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
+        if self._rested * self._device.period > REST_TIME:
             self._end()
 
     @property
     def _position(self) -> float:
         """The number of the present setpoint, with its fraction."""
         return self._cycle * self._setpoints_per_cycle
+
+    @property
+    def _end_setpoint(self) -> int:
+        return self._first + len(self._table) - 1
 
     def _reference(self, position: float) -> np.ndarray:
         """Return the setpoint of a number, or a cubic through the four nearest of a fraction."""
@@ -270,7 +274,7 @@ class ArmWorker:
         return np.asarray((1.0 - s**3 * (10.0 - 15.0 * s + 6.0 * s**2)) * self._offset)
 
     def _end(self) -> None:
-        self._streaming = False
+        self._streaming, self._rested = False, 0
         try:
             self._device.finish()
         except ANY_BUT_INTERRUPT as error:
@@ -335,7 +339,7 @@ class ArmWorker:
         except ANY_BUT_INTERRUPT as error:
             self._refused = one_line(error)
             return "problem", self._refused
-        self._table, self._first, self._streaming = setpoints, first, True
+        self._table, self._first, self._streaming, self._rested = setpoints, first, True, 0
         self._time, self._repeated = 0.0, 0  # a start may take more than a cycle
         held = _held(state)
         self._start, self._offset = self._setpoint, held - setpoints[0]
