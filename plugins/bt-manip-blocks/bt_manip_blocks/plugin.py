@@ -1,5 +1,6 @@
 """Hooks of this package."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bt_manip import hookimpl
@@ -8,7 +9,7 @@ TREES = Path(__file__).parent / "trees"
 
 
 @hookimpl
-def register_objects(register):
+def register_objects(register: Callable[..., None]) -> None:
     """Register block and tray."""
     from bt_manip_blocks.coloured_block import ColouredBlock
     from bt_manip_blocks.sorting_tray import SortingTray
@@ -18,7 +19,7 @@ def register_objects(register):
 
 
 @hookimpl
-def register_behaviours(register):
+def register_behaviours(register: Callable[..., None]) -> None:
     """Register the behaviours and conditions of the tasks."""
     from bt_manip_blocks.choose_block import ChooseBase, ChooseBlock
     from bt_manip_blocks.conditions import AreSorted, AreStacked
@@ -30,7 +31,7 @@ def register_behaviours(register):
 
 
 @hookimpl
-def register_scenes(register):
+def register_scenes(register: Callable[..., None]) -> None:
     """Register the table with a tray."""
     from bt_manip_blocks.scene import table_and_tray
 
@@ -38,7 +39,7 @@ def register_scenes(register):
 
 
 @hookimpl
-def register_trees(register):
+def register_trees(register: Callable[..., None]) -> None:
     """Register the trees with their scene, the table with a tray."""
     for name in ("stack_blocks", "sort_blocks"):
         register(name, TREES / f"{name}.xml", scene="table_and_tray")

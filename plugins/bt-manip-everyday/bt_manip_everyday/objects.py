@@ -35,7 +35,9 @@ class CoffeeMug(Mug):
         "colour": (0.16, 0.32, 0.50),
     }
 
-    def _add_shapes(self, radius: float, height: float, wall: float, handle: float) -> None:
+    def _add_shapes(  # type: ignore[override]
+        self, radius: float, height: float, wall: float, handle: float
+    ) -> None:
         inner, half = radius - wall, GRIP / 2
         self._add("cylinder", (inner, wall / 2), (0, 0, wall / 2))
         self._add_ring(inner, wall, height)

@@ -1,5 +1,6 @@
 """Hooks of this package."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bt_manip import hookimpl
@@ -8,7 +9,7 @@ HERE = Path(__file__).parent
 
 
 @hookimpl
-def register_objects(register):
+def register_objects(register: Callable[..., None]) -> None:
     """Register the mug, the bowl and the cans."""
     from bt_manip_everyday import objects
 
@@ -20,7 +21,7 @@ def register_objects(register):
 
 
 @hookimpl
-def register_behaviours(register):
+def register_behaviours(register: Callable[..., None]) -> None:
     """Register the node that reads a sentence, and its goal condition."""
     from bt_manip_everyday.sentences import HoldsExactly, ReadSentence
 
@@ -29,7 +30,7 @@ def register_behaviours(register):
 
 
 @hookimpl
-def register_scenes(register):
+def register_scenes(register: Callable[..., None]) -> None:
     """Register the scenes of the tasks, with their variations."""
     from bt_manip.scenes import scene_of
 
@@ -38,7 +39,7 @@ def register_scenes(register):
 
 
 @hookimpl
-def register_trees(register):
+def register_trees(register: Callable[..., None]) -> None:
     """Register the tasks, each with its scene."""
     for name in ("mug_on_shelf", "cans_into_box"):
         register(name, HERE / "trees" / f"{name}.xml", scene=name)

@@ -1,10 +1,12 @@
 """Hooks of this package."""
 
+from collections.abc import Callable
+
 from bt_manip import hookimpl
 
 
 @hookimpl
-def register_backends(register):
+def register_backends(register: Callable[..., None]) -> None:
     """Register the backend; libfranka is imported in the processes that speak to the robot."""
     from bt_manip.robots import Backend
 

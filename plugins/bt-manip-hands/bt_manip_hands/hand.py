@@ -99,6 +99,14 @@ class Hand(Gripper):
         self._sensors = [add_touch_sensor(body, f"{body.name}_touch") for body in self._thumb]
         self._reset()
 
+    def _reset(self) -> None:
+        self.state = OPEN
+        self._asked = 0.0  # [N] force commanded by the last close()
+        self._s = 0.0  # position on the synergy: 0 for open, 1 for closed
+        self._force = 0.0  # [N] of the thumb in the last step
+        self._time = 0.0  # [s] in the force band
+        self._idle = 0.0  # [s] closed on nothing
+
     @classmethod
     def check_parameters(cls, table: TomlTable) -> None:
         """Check the parameters."""
@@ -214,12 +222,12 @@ class Hand(Gripper):
     ) -> WrapGraspGenerator:
         """Return the generator of grasps that wrap an object."""
         model = self.robot.mj_model
-        sides = [
+        thumb, fingers = (
             [geom for geom in geom_poses if int(model.geom_bodyid[geom]) in ids]
             for ids in (self._thumb_ids, self._finger_ids)
-        ]
-        palm = [geom for geom in geom_poses if geom not in (*sides[0], *sides[1])]
-        shape = measure(model, geom_poses, *sides, palm, self._max_width)
+        )
+        palm = [geom for geom in geom_poses if geom not in (*thumb, *fingers)]
+        shape = measure(model, geom_poses, thumb, fingers, palm, self._max_width)
         return WrapGraspGenerator(name, solids, shape, com)
 
     # Composer's hooks
@@ -269,14 +277,6 @@ class Hand(Gripper):
         self._idle = self._idle + dt if done and not holds else 0.0
 
     # Internal
-
-    def _reset(self) -> None:
-        self.state = OPEN
-        self._asked = 0.0  # [N] force commanded by the last close()
-        self._s = 0.0  # position on the synergy: 0 for open, 1 for closed
-        self._force = 0.0  # [N] of the thumb in the last step
-        self._time = 0.0  # [s] in the force band
-        self._idle = 0.0  # [s] closed on nothing
 
     def _posture(self, s: float) -> np.ndarray:
         """Return the joint positions at a position on the synergy [rad]."""  # (n,)

@@ -1,5 +1,6 @@
 """Hooks of this package."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bt_manip import hookimpl
@@ -8,7 +9,7 @@ ROBOTS = Path(__file__).parent / "robots"
 
 
 @hookimpl
-def register_grippers(register):
+def register_grippers(register: Callable[..., None]) -> None:
     """Register the hand and the suction cup."""
     from bt_manip_hands import Hand, SuctionGripper
 
@@ -17,7 +18,7 @@ def register_grippers(register):
 
 
 @hookimpl
-def register_robots(register):
+def register_robots(register: Callable[..., None]) -> None:
     """Register the robots; models are fetched on first use."""
     from bt_manip.robots import read_description
 

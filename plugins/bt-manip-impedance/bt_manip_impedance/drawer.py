@@ -1,5 +1,6 @@
 """A cabinet with a drawer."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -61,15 +62,16 @@ class Drawer(ParametricEntity):
             damping=DAMPING, frictionloss=resistance, solimpfriction=(0.99, 0.99, 0.001, 0.5, 2),
         )  # fmt: skip
         wide, high, deep = y - WALL - GAP, z - WALL - GAP, x - WALL
-        boards = (
+        handle = tuple(0.5 * length for length in HANDLE)
+        parts: tuple[tuple[Sequence[float], Sequence[float]], ...] = (
             ((half, wide, high), (half, 0, 0)),
             ((deep, wide, half), (deep, 0, half - high)),
             ((deep, half, 0.5 * high), (deep, wide - half, -0.5 * high)),
             ((deep, half, 0.5 * high), (deep, half - wide, -0.5 * high)),
+            (handle, (-handle[0], 0, 0)),
         )
-        handle = (tuple(0.5 * length for length in HANDLE), (-0.5 * HANDLE[0], 0, 0))
-        for size, pos in (*boards, handle):
-            tray.add("geom", size=size, pos=pos, rgba=pale_colour, mass=MASS / 5)
+        for half_lengths, centre in parts:
+            tray.add("geom", size=half_lengths, pos=centre, rgba=pale_colour, mass=MASS / 5)
         # The slide guides the drawer, not contacts of its boards.
         root.contact.add("exclude", name="tray_in_cabinet", body1=cabinet, body2=tray)
 

@@ -245,8 +245,8 @@ class IsInserted(ObjectCondition):
     def places(self) -> Mapping[str, Destination]:
         """Return the place over the hole and in it."""
         hole, (bottom, top) = self._hole(), extent(self.cell, self.socket, self._T_ws)
-        box = [np.append(hole - IN_HOLE, bottom[2]), np.append(hole + IN_HOLE, top[2])]
-        return {self.object: Destination(self._T_ws, *(corner[None] for corner in box))}
+        lower, upper = np.append(hole - IN_HOLE, bottom[2]), np.append(hole + IN_HOLE, top[2])
+        return {self.object: Destination(self._T_ws, lower[None], upper[None])}
 
     def progress(self) -> float:
         """Return the depth in the hole relative to the required one."""

@@ -1,5 +1,6 @@
 """The parts that this package registers."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bt_manip import hookimpl
@@ -9,7 +10,7 @@ SCENES = Path(__file__).parent / "scenes"
 
 
 @hookimpl
-def register_objects(register):
+def register_objects(register: Callable[..., None]) -> None:
     """Register the button, the drawer, and the peg with its board."""
     from bt_manip_impedance import Drawer, HoleBoard, Peg, PushButton
 
@@ -18,7 +19,7 @@ def register_objects(register):
 
 
 @hookimpl
-def register_controllers(register):
+def register_controllers(register: Callable[..., None]) -> None:
     """Register the compliant controllers."""
     from bt_manip_impedance import CartesianImpedance, JointImpedance
 
@@ -27,7 +28,7 @@ def register_controllers(register):
 
 
 @hookimpl
-def register_behaviours(register):
+def register_behaviours(register: Callable[..., None]) -> None:
     """Register the behaviours: all nodes that the package exports."""
     import bt_manip_impedance
     from bt_manip.bt import Node
@@ -38,7 +39,7 @@ def register_behaviours(register):
 
 
 @hookimpl
-def register_scenes(register):
+def register_scenes(register: Callable[..., None]) -> None:
     """Register the scenes of the tasks."""
     from bt_manip.scenes import scene_of
 
@@ -47,7 +48,7 @@ def register_scenes(register):
 
 
 @hookimpl
-def register_trees(register):
+def register_trees(register: Callable[..., None]) -> None:
     """Register the trees with their scenes and controllers."""
     for name in ("peg_in_hole", "open_drawer", "hand_over"):
         register(name, TREES / f"{name}.xml", scene=name)

@@ -43,7 +43,8 @@ class PushButton(ParametricEntity):
         """Build the button."""
         travel, force, colour = (self._parameters[key] for key in self.defaults)
         self.travel = travel
-        self.presses, self.pressed_at, self._down = 0, None, False
+        self.presses, self._down = 0, False
+        self.pressed_at: float | None = None
         self._mjcf_root = root = mjcf.RootElement(model=name)
         housing = root.worldbody.add("body", name="housing")
         housing.add(

@@ -1,5 +1,6 @@
 """Hooks of this package, and its descriptions."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bt_manip import hookimpl
@@ -11,7 +12,7 @@ def description_files() -> list[Path]:
 
 
 @hookimpl
-def register_robots(register):
+def register_robots(register: Callable[..., None]) -> None:
     """Register the robots; models are fetched on first use."""
     from bt_manip.robots import read_description
 

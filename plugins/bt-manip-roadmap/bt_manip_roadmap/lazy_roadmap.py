@@ -1,12 +1,15 @@
 """A lazy probabilistic roadmap: edges are checked only when a shortest path uses them."""
 
 import heapq
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from bt_manip.planning import PlanningProblem, PlanningResult, edge_is_free
 
 STEP = 0.04  # [rad] between checked configurations of an edge
+
+Edges = dict[tuple[int, int], bool]  # whether the checked edges are free
 
 
 class LazyRoadmap:
@@ -29,7 +32,7 @@ class LazyRoadmap:
         lower, upper = problem.bounds()
         nodes = np.vstack([problem.start, problem.goals])  # the start is 0, the goals follow
         goals = range(1, len(nodes))
-        known: dict[tuple[int, int], bool] = {}  # whether the checked edges are free
+        known: Edges = {}
         drawn = 0
         while True:
             path = self._shortest_free(nodes, goals, known, problem)
@@ -44,7 +47,9 @@ class LazyRoadmap:
             free = [q for q in candidates if problem.is_free(q)]
             nodes = np.vstack([nodes, *free]) if free else nodes
 
-    def _shortest_free(self, nodes, goals, known, problem) -> list[int]:
+    def _shortest_free(
+        self, nodes: np.ndarray, goals: range, known: Edges, problem: PlanningProblem
+    ) -> list[int]:
         """Return the nodes of the shortest free path; empty without one."""
         near = self._near(nodes)
         while True:
@@ -71,7 +76,9 @@ class LazyRoadmap:
         return near
 
 
-def shortest(nodes, near, goals, known) -> list[int]:
+def shortest(
+    nodes: np.ndarray, near: Sequence[set[int]], goals: Iterable[int], known: Edges
+) -> list[int]:
     """Return the shortest path from node 0 to a goal that avoids blocked edges (Dijkstra)."""
     ends = set(goals)
     best = {0: 0.0}

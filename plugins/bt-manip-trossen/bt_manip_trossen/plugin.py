@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +21,7 @@ def model_folder() -> Path:
 
 
 @hookimpl
-def register_robots(register):
+def register_robots(register: Callable[..., None]) -> None:
     """Register the arm; its model is not part of this package."""
     from bt_manip.robots import read_description
 
@@ -29,7 +30,7 @@ def register_robots(register):
 
 
 @hookimpl
-def register_backends(register):
+def register_backends(register: Callable[..., None]) -> None:
     """Register the backend; the driver is imported in the process that speaks to the arm."""
     from bt_manip.robots import Backend
 

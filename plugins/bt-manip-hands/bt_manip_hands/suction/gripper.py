@@ -61,6 +61,16 @@ class SuctionGripper(Gripper):
         self.cup = Cup(robot, read_parameters(table, built))
         self._reset()
 
+    def _reset(self) -> None:
+        self.state = OPEN
+        self._asked = 0.0  # [N] force commanded by the last close()
+        self._force = 0.0  # [N] force of the vacuum
+        self._pressing = 0.0  # [N] force of the lip in the last step
+        self._object = ""  # entity that covers the lip
+        self._time = 0.0  # [s] in the present state
+        self._interrupted = 0.0  # [s] without contact
+        self._steps = 0  # since the cup was sealed
+
     @classmethod
     def check_parameters(cls, table: TomlTable) -> None:
         """Check the parameters, assuming that the model has a cup."""
@@ -225,16 +235,6 @@ class SuctionGripper(Gripper):
             self.state, self._time, self._interrupted, self._steps = SEALED, 0.0, 0.0, 0
 
     # Internal
-
-    def _reset(self) -> None:
-        self.state = OPEN
-        self._asked = 0.0  # [N] force commanded by the last close()
-        self._force = 0.0  # [N] force of the vacuum
-        self._pressing = 0.0  # [N] force of the lip in the last step
-        self._object = ""  # entity that covers the lip
-        self._time = 0.0  # [s] in the present state
-        self._interrupted = 0.0  # [s] without contact
-        self._steps = 0  # since the cup was sealed
 
     def _near(self) -> list[str]:
         """Return the entities within the travel of the lip, sorted by name."""
