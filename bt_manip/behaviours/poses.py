@@ -54,6 +54,7 @@ def _joined(numbers: Iterable[float]) -> str:
 
 
 def _is_rotation(rotation: np.ndarray) -> bool:
+    """Return whether a matrix is a rotation, up to the precision of numbers in text."""
     orthogonal = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6
     return bool(orthogonal and np.linalg.det(rotation) > 0.0)
 

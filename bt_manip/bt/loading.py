@@ -288,6 +288,7 @@ def _declarations(element: Element, context: ReadingContext) -> dict[str, Any]:
 
 
 def _scope(given: Blackboard | Mapping[str, Any] | None) -> Blackboard:
+    """Return the blackboard scope of the root, with the entries that are given."""
     if isinstance(given, Blackboard):
         return given
     scope = Blackboard()

@@ -164,6 +164,7 @@ class _NodeModel:
 
 
 def _complete(name: str, model: _NodeModel, elements: Iterable[Element], found: Problems) -> None:
+    """Add the ports that a node has and its model lacks, with a warning for each."""
     ports = dict(model.ports)
     for element in elements:
         for key, attribute in port_attributes(element).items():

@@ -287,6 +287,7 @@ def _never_happened(results: "list[EpisodeResult]") -> str:
 
 
 def _common(lists: "Iterable[list[str]]") -> list[str]:
+    """Return the texts that all lists have."""
     sets = [set(texts) for texts in lists]
     return sorted(set.intersection(*sets)) if sets else []
 
@@ -334,6 +335,7 @@ def _compare(
 
 
 def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> None:
+    """Print the results, and what to look at next."""
     evaluation, view, _, interrupted = measured
     view.print()
     if until_interval:
@@ -355,6 +357,7 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
 
 
 def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str:
+    """Return the command that shows an episode."""
     given = {**evaluation.options}
     given.pop("reading", None)  # what --strict refuses was not evaluated
     modifiers = given.pop("modifiers", {})

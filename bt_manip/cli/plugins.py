@@ -79,6 +79,7 @@ def _tree_problems(loaded: "Plugins") -> list[str]:
 
 
 def _commands() -> Mapping[str, tuple[str, str]]:
+    """Load all commands of plugins; return the package and the problem of each."""
     from bt_manip.cli.plugin_commands import BrokenCommandError, plugin_commands
 
     found = {}

@@ -175,6 +175,7 @@ class RunJob:
         return FAULT
 
     def _finish(self, code: int) -> int:
+        """Write and print the results, then wait for the window; return the exit code."""
         status = {FAULT: "ERROR", FAILED: "ERROR", SUCCESS: None}.get(code, "INTERRUPTED")
         self.report = report = self._report(status)
         if code == SUCCESS and report.status != "SUCCESS":
@@ -206,6 +207,7 @@ class RunJob:
         return self._report_file
 
     def _keep_window(self) -> None:
+        """Keep the window open until it is closed, or Ctrl-C."""
         if self._window is None:
             return
         if self._window.is_open and not self._interrupt.requested:

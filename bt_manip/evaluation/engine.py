@@ -250,6 +250,7 @@ class _Process:
 
 
 def _work(make_worker: Callable[[], Worker[Any, Any]], pipe: Connection) -> None:
+    """Run episodes until the pipe or the parent process ends."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         worker = make_worker()

@@ -81,6 +81,7 @@ def _why_not_from_here(run: Run) -> str:
 
 
 def _why_it_fails(run: Run) -> str:
+    """Run an episode; return why it fails, empty on success."""
     watch, cell = _Watch(), run.station.cell
     end = cell.time + EPISODE_TIMEOUT
     run.execute([watch], stop=lambda: cell.time > end)

@@ -103,6 +103,7 @@ class ResultFolder:
         self.close()
 
     def _flush(self) -> None:
+        """Move the rows of the journal to a Parquet file."""
         self._written = time.monotonic()
         if self._rows:
             rows = [vars(one) | _parameters(self._points[one.point]) for one in self._rows]

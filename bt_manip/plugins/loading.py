@@ -219,6 +219,7 @@ def _taken(function: Callable[..., Any]) -> list[str]:
 
 
 def _found(point: PluginPoint | EntryPoint) -> Plugin:
+    """Return the description of an unloaded plugin."""
     metadata = None if point.dist is None else point.dist.metadata  # which is parsed each time
     version, package = ("", "") if metadata is None else (metadata["Version"], metadata["Name"])
     return Plugin(point.name, version, point.value, module=point.module, package=package)
@@ -250,6 +251,7 @@ def _describe(error: BaseException) -> str:
 
 
 def _foreign(frame: FrameType) -> bool:
+    """Return whether a frame belongs neither to bt-manip nor to Python's import system."""
     module = str(frame.f_globals.get("__name__", ""))
     ours = module.startswith("bt_manip.") or module.partition(".")[0] == "importlib"
     return not ours and not frame.f_code.co_filename.startswith("<frozen")

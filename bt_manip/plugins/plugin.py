@@ -132,6 +132,7 @@ class Plugins:
 
 
 def _chain(error: BaseException) -> list[BaseException]:
+    """Return an exception and its causes."""
     chain: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None and cause not in chain:

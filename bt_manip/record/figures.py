@@ -229,6 +229,7 @@ class MotionStatistics:
         return StepFigures(signed, free, use)
 
     def _preceding(self, before: np.ndarray) -> tuple[float, float | None]:
+        """Return the largest use of effort, and the time since the last contact [s]."""
         touched = np.flatnonzero(before[:, 1])
         after = (len(before) - 1 - int(touched[-1])) * self._dt if len(touched) else None
         return float(before[:, 0].max()), after

@@ -57,6 +57,7 @@ def identify(run: "Run") -> dict[str, Any]:
 
 
 def _modules() -> Iterator[tuple[str, str]]:
+    """Yield name and SHA-256 of each imported module that is in no installed package."""
     for name, module in [*sys.modules.items()]:
         if name in _PROGRAMS or name.partition(".")[0] == "bt_manip":
             continue

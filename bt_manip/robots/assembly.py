@@ -192,6 +192,7 @@ def _attach(
     gripper: GripperDescription,
     where: str,
 ) -> None:
+    """Attach the gripper's model at a site or body of the arm."""
     mount = gripper.mount or ""
     site = _find(root, "site", mount) or _find(root, "body", mount)
     T_mount = pin.SE3.Identity()

@@ -296,6 +296,7 @@ class ArmWorker:
             self._orphaned = True
 
     def _command(self, kind: str, *arguments: Any) -> None:
+        """Execute a command for an arm at rest."""
         try:
             if kind == "recover":
                 self._refused = ""

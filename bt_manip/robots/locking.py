@@ -49,6 +49,7 @@ def lock_other_joints(root: mjcf.RootElement, arm: Sequence[Any]) -> bool:
 
 
 def _bodies(joint: Any) -> Iterator[Any]:
+    """Yield the bodies that a joint's body is in, its own first."""
     body = joint.parent
     while body is not None:
         yield body
@@ -67,4 +68,5 @@ def _referred(element: Any) -> list[Any]:
 
 
 def _refers(element: Any, gone: set[int]) -> bool:
+    """Return whether an element refers to one of these joints and tendons."""
     return any(id(getattr(element, name, None)) in gone for name in _REFERENCES)

@@ -313,6 +313,7 @@ class RunLoop:
             observers[:] = before
 
     def _note_model(self) -> None:
+        """Tell everyone when the cell was compiled anew."""
         if self._generation != self._cell.generation:
             self._generation = self._cell.generation
             self._log.flush()

@@ -53,6 +53,7 @@ def _text(value: Any) -> str:
 def _with_controllers(
     request: RunRequest, scene: Scene, parts: Parts, key: str, value: Any
 ) -> Parts:
+    """Set a parameter of the controllers that the robots begin with."""
     controllers = parts.controllers
     for name in dict.fromkeys(one.controller or request.controller for one in scene.robots):
         factory: Callable[..., Any] = controllers.get(name)
@@ -83,6 +84,7 @@ def _with_variation(scene: Scene, name: str, path: str, value: Any) -> Scene:
 def _with_robots(
     request: RunRequest, scene: Scene, parts: Parts, path: list[str], value: Any
 ) -> Scene:
+    """Set a field of the descriptions of all robots."""
     robots = []
     for one in scene.robots:
         description = find_robot(one.description or request.robot, parts.robots)

@@ -61,6 +61,7 @@ def located(text: str | Path, folder: Path | None = None) -> str:
 
 
 def _idle(rules: Mapping[str, Rule], tree: Tree) -> Mapping[str, Rule]:
+    """Return the rules that match no node of a tree."""
     return {
         pattern: rule
         for pattern, rule in rules.items()

@@ -21,6 +21,8 @@ fails. It may step the simulation; the station is restored afterwards."""
 
 @dataclass
 class _Judge(RunObserver):
+    """Observer that checks the result and the end state of each cycle."""
+
     end_state: EndState | None
     problems: list[str] = field(default_factory=list)
     cycles: int = 0

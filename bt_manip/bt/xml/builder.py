@@ -205,6 +205,7 @@ class Builder:
 
 
 def _comments(element: Element) -> Iterator[tuple[int, Comment]]:
+    """Yield comments and texts, each with the index of the child that follows."""
     index = 0
     for item in element.content:
         if isinstance(item, Element):

@@ -231,6 +231,7 @@ class _Reader:
                         self._model(document, element)
 
     def _check_model(self, element: Element) -> None:
+        """Warn of ports whose element is misspelt."""
         for port in element.children:
             near = _PORTS.get(port.name.lower().replace("_", ""))
             if near is not None and near != port.name:

@@ -76,6 +76,7 @@ def instance_to_xml(tree: "Tree") -> str:
 
 
 def _element(node: Any, path: str) -> Element:
+    """Return the XML element of a node; inside a SubTree, the path is relative to its scope."""
     if node.kind is NodeKind.SUBTREE:
         given = {"ID": node.tree_id, "_fullpath": path, "_uid": str(node.uid), **node.remaps}
         if node.autoremap_text:

@@ -114,6 +114,7 @@ class ScatterBlocks(CellBehaviour):
         )
 
     def _area(self, height: float) -> Region:
+        """Return the region of the centres of blocks."""
         given, preferred = self.region, self.preferred_region
         for region in (preferred, *([] if given is None else [given])):
             if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:

@@ -199,6 +199,7 @@ def _set_off(station: Station, away: float = STROKE) -> np.ndarray:
 
 
 def _begin_to_move(station: Station) -> None:
+    """Wait until the arm has clearly begun its motion."""
     arm = station.arm
     start = arm.q_ref[0]
     _wait(station, lambda: abs(arm.q[0] - start) >= 0.1, LONGEST, "the arm does not move")

@@ -130,6 +130,7 @@ def _continue(case: RunCase, shares: tuple[float, ...], cycles: int, end: float)
 
 
 def _compare(expected: _Watch, found: _Watch, start: int, what: str) -> None:
+    """Check that two executions have the same bits from a tick on."""
     for tick, (one, other) in enumerate(
         zip_longest(expected.digests[start:], found.digests), start + 1
     ):

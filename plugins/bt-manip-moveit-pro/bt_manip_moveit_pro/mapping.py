@@ -144,6 +144,7 @@ def _condition(script: str, scope: Blackboard) -> Tree:
 
 
 def _reads(script: str) -> set[str]:
+    """Return the names in a script."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"|\b0x[0-9A-Fa-f]+|\b[0-9.]+([eE][-+]?[0-9]+)?", " ", script)
     return {*re.findall(r"[A-Za-z_@]\w*", plain)} - {"true", "false"}
 

@@ -112,6 +112,7 @@ def _shape(shape: Sequence[Any]) -> Shape:
 
 
 def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Shape]:
+    """Return the shapes of the recurrent states."""
     found = {}
     for name, shape in inputs.items():
         if name.startswith(STATE) and NEXT_STATE + name.removeprefix(STATE) in outputs:

@@ -116,6 +116,7 @@ def with_history(past: list[dict[str, Any]], length: int) -> dict[str, np.ndarra
 
 
 def _images(policy: LoadedPolicy, cell: Cell) -> Images | None:
+    """Return the images required by a policy."""
     names = (cell.model.camera(i).name for i in range(cell.model.ncam))
     by_name = {name.replace("/", "_"): name for name in names}
     cameras: dict[str, None] = {}

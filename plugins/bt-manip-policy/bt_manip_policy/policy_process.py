@@ -134,6 +134,7 @@ class PolicyProcess:
         return reply
 
     def _reason(self, error: Exception, limit: float) -> str:
+        """Return the reason of a missing reply."""
         assert self._process is not None
         try:
             code = self._process.wait(0.0 if isinstance(error, TimeoutError) else 1.0)

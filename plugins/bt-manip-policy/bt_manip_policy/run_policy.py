@@ -126,6 +126,7 @@ class RunPolicy(ArmBehaviour):
             self._inputs = None
 
     def _load(self) -> LoadedPolicy:
+        """Return the policy of the port."""
         path, kind = str(self.model), self._kinds.get(self.policy_kind)
         if self._policy is None or self._policy.path != path:
             self._policy = LoadedPolicy(shared_process(kind.memory), kind, path)
@@ -143,6 +144,7 @@ class RunPolicy(ArmBehaviour):
         policy.act(with_history([observed], policy.history), size, trial=True)
 
     def _act(self) -> None:
+        """Command the next action."""
         policy, arm = self._load(), self.arm
         size = self._action_size(policy)
         gripper = self._robots[self._robot_name].gripper

@@ -275,6 +275,7 @@ class McapRecorder(RunObserver):
                 file.write(json.dumps(layout, indent=1).encode())
 
     def _write_scene(self) -> None:
+        """Write the geometry of entities that are new, or have new colours; delete the others."""
         from bt_manip_recording.foxglove import add_scene
 
         self._shown = add_scene(self._file, self._scene.scene, self._shown, self._now)
@@ -327,6 +328,7 @@ class RobotChannel:
         self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
+        """Copy new pending steps of the log."""
         with self._file.lock:
             known, start = self._copied
             new = slice(start if known is pending else 0, len(pending.touches))

@@ -81,6 +81,7 @@ def check_description(
 
 
 def _light_joints(description: RobotDescription, model: RobotModel) -> Iterator[str]:
+    """Yield a line about joints with too little inertia for precise feedback."""
     light = light_joints(model)
     names = [name for name, one in zip(description.arm_joints, light, strict=True) if one]
     if names:

@@ -56,6 +56,7 @@ def concave_bodies(model: mujoco.MjModel, last_joint: str) -> tuple[str, ...]:
 
 
 def _is_concave(model: mujoco.MjModel, mesh: int) -> bool:
+    """Return whether a mesh fills less than its hull."""
     vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
     faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
     solid = trimesh.Trimesh(vertices, faces)

@@ -157,6 +157,7 @@ class StressTester:
         return StressResult(episode, outcome, reason, "" if after == "recovered" else next_reason)
 
     def _prepared(self, seed: int) -> Run:
+        """Return a run in its initial state."""
         if seed not in self._runs:
             run = prepare(replace(self._request, seed=seed), self._parts)
             self._runs[seed] = run, run.get_state()

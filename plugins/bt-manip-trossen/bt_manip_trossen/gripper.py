@@ -72,6 +72,7 @@ class Carriages(GripperDevice):
             time.sleep(PERIOD)
 
     def _settle(self) -> Carriage:
+        """Wait until the carriages rest."""
         end, before = time.monotonic() + TIMEOUT, self._now()
         while time.monotonic() < end:
             time.sleep(5.0 * PERIOD)

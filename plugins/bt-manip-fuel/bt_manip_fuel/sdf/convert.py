@@ -130,6 +130,7 @@ class _Converter:
                 )
 
     def _above(self, link: str, of: str) -> bool:
+        """Return whether a link is an ancestor of another one."""
         while of in self._parents:
             of = self._parents[of]
             if of == link:
@@ -210,6 +211,7 @@ class _Converter:
         return name
 
     def _add_sites(self, world: Element, T_om: pin.SE3) -> None:
+        """Add the named frames as sites of their bodies."""
         bodies = {body.get("name"): body for body in world.iter("body")}
         for name, _ in self._scopes.of_kind("frame"):
             link = self._scopes.link_of(name)

@@ -239,6 +239,7 @@ class Episodes:
         self._gripping = self._read_gripping()
 
     def _open(self, observers: Sequence[RunObserver] = ()) -> None:
+        """Close the previous loop and open a new one."""
         self._loop.close()
         self._loop = RunLoop(self.run, observers)
         self._loop.open()
@@ -248,6 +249,7 @@ class Episodes:
         return {name: one.gripper.gripping for name, one in robots if one.gripper is not None}
 
     def _commanded(self) -> bool:
+        """Return whether the tree has commanded a robot."""
         return any(
             one.arm.busy
             or one.controllers.active != one.controllers.default
@@ -300,4 +302,5 @@ class SetUp:
 
 
 def _count(node: Any) -> int:
+    """Return the number of nodes from a node downwards."""
     return 1 + sum(map(_count, node.child_nodes))

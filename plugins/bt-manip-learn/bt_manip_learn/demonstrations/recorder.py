@@ -188,6 +188,7 @@ class DemonstrationRecorder:
         return self._run.tree.failure_reason() or self._run.goal.why_not()
 
     def _running(self, statuses: np.ndarray) -> str:
+        """Return the paths of the running leaves."""
         running = NodeStatus.RUNNING
         return "; ".join(path for i, path in self._leaves.items() if statuses[i] == running)
 

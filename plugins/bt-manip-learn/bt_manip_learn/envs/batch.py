@@ -218,6 +218,7 @@ class Batch:
         )
 
     def _keep(self, kept: tuple[Mapping[str, Any], Mapping[str, Any]]) -> None:
+        """Set the attributes returned by `_kept`."""
         vars(self._env).update(kept[0])
         vars(self._task).update(kept[1])
 

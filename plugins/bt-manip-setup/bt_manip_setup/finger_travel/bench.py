@@ -140,6 +140,7 @@ class FingerBench:
             found = more
 
     def _couplings(self) -> Iterable[set[int]]:
+        """List groups of coupled gripper joints."""
         model, ours = self.model, set(self.joints)
         for i in np.flatnonzero(model.eq_active0):
             kind, first, second = (

@@ -359,6 +359,7 @@ def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray
 
 
 def _carrier(bench: FingerBench, finger: int) -> int:
+    """Return the body that carries the mechanism of a finger."""
     first = min(int(bench.model.jnt_bodyid[j]) for j in bench.chain(finger))
     return int(bench.model.body_parentid[first])
 
