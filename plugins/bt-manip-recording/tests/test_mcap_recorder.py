@@ -461,3 +461,9 @@ def test_plugins_add_messages_of_their_own_after_each_tick(make_run, tmp_path):
     assert all(time == pytest.approx(logged) for time, logged in mine)
     notes = [Log.FromString(m.data).message for _, _, m in read(path, "/note")]
     assert notes == ["tick"] * len(mine)
+
+
+def test_a_recorded_run_keeps_its_digest(make_run, recorded):
+    recorder = Recorder("test", 7)
+    make_run(coming_and_going(), seed=7).execute([recorder])
+    assert recorder.report().state_digest == recorded[1].digest
