@@ -83,8 +83,9 @@ class Watch(RunObserver):
 def recorded(make_run, tmp_path_factory):
     """Record a run once: the file, and what an observer saw."""
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
-    watch = Watch()
-    make_run(coming_and_going(), seed=7).execute([watch, McapRecorder(path)])
+    watch, recorder = Watch(), Recorder("test", 7)
+    make_run(coming_and_going(), seed=7).execute([watch, recorder, McapRecorder(path)])
+    watch.digest = recorder.report().state_digest
     return path, watch
 
 
