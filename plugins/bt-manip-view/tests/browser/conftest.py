@@ -69,7 +69,7 @@ DRAW_ONE_FRAME = """
         window.drawing = true;
         const check = () => {
             __viserMutable.requestRender();
-            if (frame() == first) return requestAnimationFrame(check);
+            if (frame() < first + 2) return requestAnimationFrame(check);
             window.drawing = false;  // what is drawn stays
             requestAnimationFrame(done);
         };
