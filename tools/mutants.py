@@ -417,6 +417,12 @@ ARGUED = {
     "time.sleep(0.0004)": "how often it looks whether setpoints have passed",
     "KEPT_SETPOINTS = 4096": "how many seconds of readings are kept for a parent that is busy",
     "KEPT_SETPOINTS = 16384": "how many seconds of readings are kept for a parent that is busy",
+    "cam_quat[camera[-1]]": "a camera has one identifier",
+    "mj_model.joint(name).dofadr[-1]": "a hinge or a slide has one address",
+    "int(2.2 * duration / step)": "more rows of rest after the end",
+    "refined.yaw + (0.0 if length": "the yaw of a rectangle is taken modulo half a turn",
+    "camera.azimuth, camera.elevation = -145.0": "from where a picture is drawn",
+    "height(result.q) > (_ROUNDING)": "against rounding",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
