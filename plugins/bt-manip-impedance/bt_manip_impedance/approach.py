@@ -38,5 +38,5 @@ class ApproachCondition(ObjectCondition):
     def closeness(self, point: np.ndarray) -> float:
         """Return how close the nearest tool is to a point in the world: 1 there, 0 far away."""
         tools = [one.robot.tool_pose.translation for one in self.robots.values()]
-        distance = min(float(np.linalg.norm(tool - point)) for tool in tools)
+        distance = min((float(np.linalg.norm(tool - point)) for tool in tools), default=math.inf)
         return 1.0 - math.tanh(distance / NEAR)
