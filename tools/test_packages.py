@@ -3,7 +3,7 @@
 Every package gets a fresh environment: the third-party packages of the environment that this runs
 in, the wheel of bt-manip, the package's own wheel, and those of the packages of plugins/ that it
 requires, for its tests (extra `test`) too. Its tests run from a copy outside of the repository,
-with `tests/support`, which all tests share. Two packages are tested at a time; one alone, in two
+with `tests/support`, which all tests share. Three packages are tested at a time; one alone, in two
 processes.
 
     .venv/bin/python tools/test_packages.py [PACKAGE...]
@@ -69,7 +69,7 @@ def main(arguments: list[str]) -> int:
     folders.sort(key=_size_of_tests, reverse=True)  # the long ones first
     options = TWO_PROCESSES if len(folders) == 1 else ()
     failed = []
-    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(2) as pool:
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(3) as pool:
         work = Path(temporary)
         sources = {folder: [one.resolve() for one in required(folder)] for folder in folders}
         wheels = {
