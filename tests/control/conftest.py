@@ -2,6 +2,5 @@
 
 from tests.support.arms import Wave as Wave
 from tests.support.arms import description as description
-from tests.support.arms import grip as grip
 from tests.support.arms import make_arm as make_arm
 from tests.support.arms import panda_cell as panda_cell

@@ -111,11 +111,6 @@ def panda_cell(offset=0.0, cube=True, make_gripper=TwoFingerGripper):
     return cell, robot, control, gripper
 
 
-@pytest.fixture
-def grip():
-    return panda_cell()
-
-
 def step_until(cell, condition, limit=1.0):
     """Step until a condition holds; give the time it took."""
     start = cell.time

@@ -27,7 +27,6 @@ from bt_manip.trajectories.motion_profile import (
 
 ONE = np.ones(2)
 LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
-REST = (np.zeros(2), np.zeros(2), np.zeros(2))
 MOVING = (np.array([0.1, -0.2]), np.array([1.5, -0.5]), np.array([2.0, -4.0]))
 
 

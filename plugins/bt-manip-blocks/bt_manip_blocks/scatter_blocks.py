@@ -64,10 +64,11 @@ class ScatterBlocks(CellBehaviour):
         with self.cell.editing():
             for name in blocks_in(self.cell):
                 self.cell.remove(name)
-        if self.expected is not None and cell is not self.cell:
+        seen = self.expected if cell is not self.cell else None
+        if seen is not None:
             with cell.editing():
                 for name in blocks_in(cell):
-                    self.expected.taken(name)
+                    seen.taken(name)
         blocks = [self._block(*key) for key in wanted]
         places = self._places(len(wanted), blocks[0].rest_height)
         with cell.editing():  # another one: what comes by a name that goes would take its state
@@ -80,9 +81,9 @@ class ScatterBlocks(CellBehaviour):
                 name = unique_name(block.colour, cell.entities)
                 names.append(cell.add(block, T_wo, name=name))
                 poses.append(T_wo)
-        if self.expected is not None and cell is not self.cell:
+        if seen is not None:
             for name in names:
-                self.expected.spawned(name)
+                seen.spawned(name)
         self.blocks, self.poses = names, poses
         self.feedback_message = f"{len(names)} blocks"
 

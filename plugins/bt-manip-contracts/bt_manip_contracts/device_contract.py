@@ -37,7 +37,7 @@ def stops_on_its_path(station: Station) -> None:
     """Check that a stop begins within 50 ms of robot time and keeps the other joints still."""
     arm = station.arm
     start = arm.q_ref
-    goal = _set_off(station, away=STROKE)
+    goal = _set_off(station)
     _begin_to_move(station)
     speed, asked = abs(arm.v[0]), station.cell.time
     arm.stop()
@@ -189,11 +189,11 @@ def _assert_width(gripper: GripperDevice, width: float) -> None:
     assert not state.is_grasped, "it says that it grips something"
 
 
-def _set_off(station: Station, away: float = STROKE) -> np.ndarray:
+def _set_off(station: Station) -> np.ndarray:
     """Begin a motion of the first joint towards zero or away from it; return its goal."""
     arm = station.arm
     goal = arm.q_ref
-    goal[0] += -away if goal[0] > 0.0 else away
+    goal[0] += -STROKE if goal[0] > 0.0 else STROKE
     arm.move_to_configuration(goal)
     return goal
 

@@ -7,14 +7,10 @@ from pathlib import Path
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, Stubs, read_tree
-from bt_manip_nav2 import controls, decorators
 from bt_manip_nav2.plugin import register_behaviours, register_dialects
 
 FOLDER = Path(os.environ.get("NAV2_ROOT", Path(__file__).resolve().parents[4] / "shared" / "nav2"))
 TREES = sorted(FOLDER.glob("nav2_bt_navigator/behavior_trees/*.xml"))
-OWN = {
-    name for module in (controls, decorators) for name in vars(module) if not name.startswith("_")
-}
 
 
 @pytest.fixture(scope="module")
