@@ -190,13 +190,15 @@ def framed(window: Window, tree: str) -> np.ndarray:
 
 def test_what_the_task_is_about_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused, parts):
     window = paused
-    shown = framed(window, "pick_place")
-    share = (abs(shown - window.scene_without("/panda")).max(axis=2) > 20).mean()
+    shown, pose = framed(window, "pick_place"), None
+    while pose != (now := window.evaluate(CAMERA)):  # it has moved meanwhile
+        pose, shown = now, window.scene()
+        share = (abs(shown - window.scene_without("/panda")).max(axis=2) > 20).mean()
     source = find_tree("pick_place", {"pick_place": parts.trees.get("pick_place")})
     run = prepare(RunRequest(source, seed=3, cycles=0), parts)
     cell, due = run.station.cell, window.time()
     run.execute(stop=lambda: cell.time >= due - 1e-3)
-    pose = np.array(window.evaluate(CAMERA)).reshape(4, 4).T
+    pose = np.reshape(pose, (4, 4)).T
     camera = cell.model.camera("overview")
     camera.pos[:] = pose[:3, 3]
     mujoco.mju_mat2Quat(camera.quat, np.ascontiguousarray(pose[:3, :3]).ravel())
