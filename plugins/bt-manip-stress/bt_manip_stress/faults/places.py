@@ -19,7 +19,7 @@ FARTHEST = 0.4
 """Largest horizontal displacement of an object [m]."""
 
 EDGE = 0.03
-"""Smallest distance of an object from the edge of its support and from other objects [m]."""
+"""Smallest distance of an object's centre from the edge of its support and other objects [m]."""
 
 BETWEEN = 0.35
 """Height of an obstacle's centre above the line from the object to the container [m]."""
@@ -48,8 +48,6 @@ class Places:
         self._base = cell.pose(context.robot.name).translation[:2]
         self._near, self._far = (share * _length(context) for share in REACH)
         self._body = cell.body_id(name)
-        geoms = np.flatnonzero(cell.model.geom_bodyid == self._body)
-        self._radius = float(cell.model.geom_rbound[geoms].max(initial=0.0)) + EDGE
 
     def sample(self) -> Iterator[pin.SE3]:
         """Yield random upright poses of the object at these positions."""
@@ -72,7 +70,7 @@ class Places:
             return None
         height = _support(self._context, x, y, self._body)
         ring = 2.0 * math.pi * np.arange(SIDES) / SIDES
-        around = zip(x + self._radius * np.cos(ring), y + self._radius * np.sin(ring), strict=True)
+        around = zip(x + EDGE * np.cos(ring), y + EDGE * np.sin(ring), strict=True)
         level = all(_support(self._context, *one, self._body) == height for one in around)
         return height if level else None
 
