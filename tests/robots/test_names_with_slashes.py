@@ -16,88 +16,77 @@ from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
 from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
 
-FINGER = """
-<body name="{side}/finger_{i}" pos="0 {y} 0.04">
-  <joint name="{side}/slide_{i}" class="{side}/finger" axis="0 {axis} 0"/>
-  <geom name="{side}/pad_{i}" type="box" size="0.01 0.005 0.02" pos="0 0 0.02" mass="0.05"/>
-</body>
-"""
 ARM = """
-<body name="{side}/base" pos="0 {y} 0">
-  <geom type="mesh" mesh="{side}/block" material="{side}/grey"/>
-  <body name="{side}/link_1" pos="0 0 0.1" childclass="{side}/arm">
-    <joint name="{side}/turn" axis="0 0 1"/>
-    <geom type="cylinder" size="0.03 0.05" mass="1"/>
-    <body name="{side}/link_2" pos="0 0 0.08">
-      <joint name="{side}/lift" axis="0 1 0"/>
-      <geom type="capsule" size="0.02" fromto="0 0 0 0.3 0 0" mass="1"/>
-      <body name="{side}/hand" pos="0.35 0 0">
-        <joint name="{side}/wrist" axis="0 1 0"/>
-        <geom type="box" size="0.02 0.05 0.02" mass="0.3"/>
-        <site name="{side}/tool" pos="0 0 0.07"/>
-        {fingers}
+<mujoco>
+  <compiler angle="radian"/>
+  <default>
+    <default class="arm"><joint range="-3 3" armature="0.05" damping="0.3"/></default>
+    <default class="finger">
+      <joint type="slide" range="0 0.04" armature="0.05" damping="5"/>
+      <geom type="box" size="0.01 0.005 0.02" pos="0 0 0.02" mass="0.05"/>
+    </default>
+  </default>
+  <asset>
+    <mesh name="block" vertex=".05 .05 0 .05 -.05 0 -.05 .05 0 -.05 -.05 0 0 0 .1"/>
+    <material name="grey" rgba="0.5 0.5 0.5 1"/>
+  </asset>
+  <worldbody>
+    <body name="base">
+      <geom type="mesh" mesh="block" material="grey"/>
+      <body name="link_1" pos="0 0 0.1" childclass="arm">
+        <joint name="turn" axis="0 0 1"/>
+        <geom type="cylinder" size="0.03 0.05" mass="1"/>
+        <body name="link_2" pos="0 0 0.08">
+          <joint name="lift" axis="0 1 0"/>
+          <geom type="capsule" size="0.02" fromto="0 0 0 0.3 0 0" mass="1"/>
+          <body name="hand" pos="0.35 0 0">
+            <joint name="wrist" axis="0 1 0"/>
+            <geom type="box" size="0.02 0.05 0.02" mass="0.3"/>
+            <site name="tool" pos="0 0 0.07"/>
+            <body name="finger_1" pos="0 0.006 0.04" childclass="finger">
+              <joint name="slide_1" axis="0 1 0"/><geom name="pad_1"/>
+            </body>
+            <body name="finger_2" pos="0 -0.006 0.04" childclass="finger">
+              <joint name="slide_2" axis="0 -1 0"/><geom name="pad_2"/>
+            </body>
+          </body>
+        </body>
       </body>
     </body>
-  </body>
-</body>
-"""
-MODEL = """
-<mujoco model="duo">
-  <compiler angle="radian" autolimits="true"/>
-  <default>
-    {defaults}
-  </default>
-  <asset>{assets}</asset>
-  <worldbody>{arms}</worldbody>
-  <contact>{excludes}</contact>
-  <tendon>{tendons}</tendon>
-  <equality>{equalities}</equality>
-  <actuator>{actuators}</actuator>
+  </worldbody>
+  <contact><exclude name="foot" body1="base" body2="link_1"/></contact>
+  <tendon>
+    <fixed name="both">
+      <joint joint="slide_1" coef="0.5"/><joint joint="slide_2" coef="0.5"/>
+    </fixed>
+  </tendon>
+  <equality><joint name="mirror" joint1="slide_1" joint2="slide_2"/></equality>
+  <actuator>
+    <motor name="turn_motor" joint="turn" ctrlrange="-30 30"/>
+    <motor name="lift_motor" joint="lift" ctrlrange="-30 30"/>
+    <motor name="wrist_motor" joint="wrist" ctrlrange="-30 30"/>
+    <motor name="grip" tendon="both" ctrlrange="-50 50"/>
+  </actuator>
 </mujoco>
 """
 JOINTS = ("turn", "lift", "wrist")
 
 
-def half(side: str, y: float) -> dict[str, str]:
-    fingers = "".join(
-        FINGER.format(side=side, i=i, y=0.006 * axis, axis=axis) for i, axis in ((1, 1), (2, -1))
-    )
-    corners = " ".join(
-        f"{x} {y} {z}" for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (0, 0.1)
-    )
-    pair = f'joint1="{side}/slide_1" joint2="{side}/slide_2"'
-    return {
-        "defaults": f"""
-            <default class="{side}/arm">
-              <joint range="-3 3" armature="0.05" damping="0.3"/>
-            </default>
-            <default class="{side}/finger">
-              <joint type="slide" range="0 0.04" armature="0.05" damping="5"/>
-            </default>""",
-        "assets": f"""
-            <mesh name="{side}/block" vertex="{corners}"/>
-            <material name="{side}/grey" rgba="0.5 0.5 0.5 1"/>""",
-        "arms": ARM.format(side=side, y=y, fingers=fingers),
-        "excludes": f"""
-            <exclude name="{side}/foot" body1="{side}/base" body2="{side}/link_1"/>""",
-        "tendons": f"""
-            <fixed name="{side}/both">
-              <joint joint="{side}/slide_1" coef="0.5"/><joint joint="{side}/slide_2" coef="0.5"/>
-            </fixed>""",
-        "equalities": f'<joint name="{side}/mirror" {pair} polycoef="0 1 0 0 0"/>',
-        "actuators": "".join(
-            f'<motor name="{side}/{joint}_motor" joint="{side}/{joint}" ctrlrange="-30 30"/>'
-            for joint in JOINTS
-        )
-        + f'<motor name="{side}/grip" tendon="{side}/both" ctrlrange="-50 50"/>',
-    }
+def two_arms() -> str:
+    """Return the MJCF of two arms, whose names begin with their side."""
+    both = mujoco.MjSpec()
+    both.modelname = "duo"
+    for side, y in (("left", 0.4), ("right", -0.4)):
+        frame = both.worldbody.add_frame(pos=(0.0, y, 0.0))
+        both.attach(mujoco.MjSpec.from_string(ARM), frame=frame, prefix=f"{side}/")
+    both.compile()
+    return both.to_xml()
 
 
 @pytest.fixture(scope="module")
 def description(tmp_path_factory) -> RobotDescription:
-    left, right = half("left", 0.4), half("right", -0.4)
     path = tmp_path_factory.mktemp("duo") / "duo.xml"
-    path.write_text(MODEL.format(**{key: left[key] + right[key] for key in left}))
+    path.write_text(two_arms())
     described = RobotDescription(
         name="duo",
         model=str(path),
