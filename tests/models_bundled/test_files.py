@@ -54,6 +54,14 @@ def test_what_is_seen_neither_touches_nor_weighs(path):
 
 
 @everywhere
+def test_each_body_has_shapes_that_collide_with_those_of_all_bodies(path):
+    model = mujoco.MjModel.from_xml_path(str(path))
+    solid = model.geom_group == 3
+    assert set(model.geom_bodyid[solid]) == set(range(1, model.nbody))
+    assert (model.geom_contype[solid] == 1).all() and (model.geom_conaffinity[solid] == 1).all()
+
+
+@everywhere
 def test_only_capsules_and_boxes_collide(path):
     """Coal, Pinocchio's collision library, misses contacts of cylinders."""
     model = mujoco.MjModel.from_xml_path(str(path))

@@ -11,8 +11,6 @@ from bt_manip import build_station
 from bt_manip.cell import CellError
 from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
-from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.scenes import Fixture, Scene, SceneObject, table_and_basket, two_arms
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
@@ -88,32 +86,6 @@ def test_a_file_says_what_stands_where(write, parts):
         cell.pose("eye").rotation @ (0, 0, -1), (-(0.5**0.5), 0, -(0.5**0.5)), atol=1e-12
     )
     assert cell.find("eye").width == 64
-
-
-def test_several_robots_stand_where_the_file_says_each_with_its_own_gains(write, parts):
-    text = """
-        [[robots]]
-        name = "left"
-        position = [-0.5, 0.0, 0.0]
-        [[robots]]
-        name = "right"
-        position = [0.5, 0.0, 0.0]
-        rpy = [0.0, 0.0, 3.141592653589793]
-        controller = "gravity_compensated_pd"
-        [randomization.robots.right]
-        gain = { uniform = [0.9, 0.95] }
-        """
-    station = build_station(parts, scene=read_scene(write(text), parts))
-    kinds = {name: robot.controller.kind for name, robot in station.robots.items()}
-    assert kinds == {"left": "computed_torque", "right": "gravity_compensated_pd"}
-    station.randomizer.begin(0)
-    station.cell.step()
-    left, right = station.robots.values()
-    np.testing.assert_array_equal(left.robot.tau, left.controller.tau)
-    share = right.robot.tau / right.controller.tau
-    assert ((0.9 <= share) & (share <= 0.95)).all()
-    np.testing.assert_allclose(left.robot.tool_pose.translation[0],
-                               -right.robot.tool_pose.translation[0], atol=1e-4)  # fmt: skip
 
 
 def test_models_and_robots_are_found_beside_the_file(write, parts, tmp_path):
@@ -329,27 +301,3 @@ m = 2
     inline = 'objects = [\n    { model = "table" },\n    { model = "cube" },\n]\nseed = 3\n'
     lines = line_numbers(inline)
     assert (lines["objects", 1], lines["objects", 2], lines["seed",]) == (2, 3, 5)
-
-
-def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts, tmp_path):
-    tree = tmp_path / "tree.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><SpawnObject model="cube" '
-        'on="table" object="{object}"/><WaitUntilAtRest object="{object}"/></Sequence>'
-        "</BehaviorTree></root>"
-    )
-    digests, told = [], []
-    for _ in range(2):
-        recorder = Recorder("", 1)
-        request = RunRequest(find_tree(str(tree), {}), scene="varied_pick", seed=1, cycles=2)
-        prepare(request, parts).execute([recorder])
-        report = recorder.report()
-        assert report.status == "SUCCESS", [cycle.reason for cycle in report.cycles]
-        digests.append(report.state_digest)
-        told.append([cycle.randomized for cycle in report.cycles])
-    assert digests[0] == digests[1]
-    assert told[0] == told[1]
-    first, second = told[0]
-    assert first["objects"].keys() == {"cube", "basket"}
-    assert first["objects"]["cube"].keys() == {"mass", "friction", "size", "colour"}
-    assert first["objects"]["cube"]["mass"] != second["objects"]["cube"]["mass"]

@@ -41,15 +41,6 @@ def test_friction_holds_a_cube_on_a_slope_inside_its_cone():
     assert np.linalg.norm(cell.velocity("cube")) < 1e-3
 
 
-def test_nothing_touches_in_the_air():
-    cell = Cell()
-    cell.add(Cube(), pose((0, 0, 3)))
-    cell.step(3)
-    assert cell.contacts.pairs() == []
-    assert not cell.contacts.touching("cube")
-    np.testing.assert_array_equal(cell.contacts.wrench("cube").force, 0)
-
-
 def test_an_unknown_body_offers_the_nearest(cell):
     with pytest.raises(CellError, match="did you mean 'heavy'"):
         cell.contacts.wrench("heavi")
