@@ -1,6 +1,6 @@
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -186,14 +186,3 @@ def menagerie_robot(menagerie: Path, name: str, bend: float = 0.0, **limits: flo
     )
     compile_alone(robot)
     return robot
-
-
-def some(items: Iterable[Any], *usual: Any) -> list[Any]:
-    """Return parameters of a test, all but the usual ones marked as soak."""
-    return [i if i in usual else pytest.param(i, marks=pytest.mark.soak) for i in items]
-
-
-@pytest.fixture(params=some(MENAGERIE_ARMS, "ur5e", "fr3"))
-def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
-    """Give another arm, compiled alone."""
-    return menagerie_robot(menagerie, request.param)

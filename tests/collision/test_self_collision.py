@@ -103,11 +103,6 @@ def test_a_home_with_an_avoidable_collision_has_to_be_changed(description):
     assert "exclude" not in str(error.value)
 
 
-def test_a_wrong_pair_is_refused(description):
-    with pytest.raises(RobotError, match="there is no body 'arm/turet'.*mean 'arm/turret'"):
-        Robot(replace(description, exclude=(("foot", "arm/turet"),)))
-
-
 def test_an_arm_that_would_touch_itself_or_its_pedestal_fails_at_once(description, parts):
     description = replace(description, exclude=(OVERLAP,), pedestal=(0.8, 0.8, 0.3))
     description = replace(description, T_rb=spatial.pose((0.0, 0.0, 0.3)))

@@ -22,16 +22,20 @@ from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, find_model
 from bt_manip.robots.model_building import build_model
 from bt_manip_contracts import verify
-from tests.robot_fixtures import some
 
-SIX = (
-    "franka_emika_panda", "franka_fr3", "kuka_iiwa_14", "robotiq_2f85", "ufactory_xarm7",
+OTHERS = (
+    "franka_emika_panda",
+    "franka_fr3",
+    "kuka_iiwa_14",
+    "ufactory_xarm7",
     "universal_robots_ur5e",
-)  # fmt: skip
+)
 PLAIN = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
-@pytest.mark.parametrize("name", some(SIX, "robotiq_2f85"))
+@pytest.mark.parametrize(
+    "name", ["robotiq_2f85", *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)]
+)
 def test_a_model_stands_in_a_cell_and_pinocchio_agrees_with_mujoco(name, menagerie, monkeypatch):
     monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
     found = find_model(f"menagerie:{name}")

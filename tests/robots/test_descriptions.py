@@ -58,10 +58,13 @@ def test_an_impossible_payload_is_refused(wrong):
         (dict(tool_limits=(0.1, 1, 10)), r"'tool_limits' is a table, got \(0.1, 1, 10\)"),
         (dict(gripper={}), "'gripper' is a table, got {}"),
         (dict(velocity=0.5), "'velocity' is a list of numbers, got 0.5"),
-        (dict(velocity=(0.5,) * 6), "'velocity'"),
+        (dict(velocity=(0.5,) * 6), "'velocity' is a list of 7 numbers, got 6"),
+        (dict(velocity=(np.inf,) * 7), "'velocity' is a finite number"),
+        (dict(home=(np.nan,) * 7), "'home' is a finite number"),
+        (dict(jerk=(-1.0,) * 7), "'jerk' is a positive number .rad/s3."),
         (dict(tool_speed="fast"), "'tool_speed' is a number, got 'fast'"),
     ],
 )
-def test_a_value_of_another_type_is_refused_by_its_key(wrong, message):
+def test_an_impossible_value_is_refused_by_its_key(wrong, message):
     with pytest.raises(RobotError, match=f"robot 'panda': key {message}"):
         replace(panda(), **wrong)
