@@ -1,5 +1,3 @@
-"""Entities come and go; everything else stays, to the bit."""
-
 import numpy as np
 import pytest
 from dm_control import composer, mjcf

@@ -1,5 +1,3 @@
-"""At rest, in a container, on a support: judged by contacts, forces and positions."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""Collision detection in a scratch copy of the model."""
-
 import mujoco
 import numpy as np
 import pytest

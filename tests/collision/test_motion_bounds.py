@@ -1,5 +1,3 @@
-"""Bounds of the displacement of an arm's links."""
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,5 +1,3 @@
-"""Bodies of a robot that touch each other: found, and ignored where the description says so."""
-
 from dataclasses import replace
 
 import mujoco

@@ -1,5 +1,3 @@
-"""One address for each model, wherever it is from."""
-
 import os
 
 import numpy as np

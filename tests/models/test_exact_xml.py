@@ -1,5 +1,3 @@
-"""Models are written with all digits, frames composed, as MuJoCo reads them."""
-
 import mujoco
 import numpy as np
 import pytest

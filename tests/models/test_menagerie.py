@@ -1,5 +1,3 @@
-"""Models of MuJoCo Menagerie by address: from a folder, and from a server that may be wrong."""
-
 import dataclasses
 import hashlib
 import io

@@ -1,5 +1,3 @@
-"""Facts that hold for every bundled model file."""
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 

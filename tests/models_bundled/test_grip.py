@@ -1,5 +1,3 @@
-"""The finger pads hold a cube by friction alone."""
-
 from math import pi
 
 import mujoco

@@ -1,5 +1,3 @@
-"""Table, basket and cube have their sizes and do what they are for."""
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,5 +1,3 @@
-"""What of the Panda touches what."""
-
 from collections import Counter
 from math import pi
 

@@ -1,5 +1,3 @@
-"""A description in a TOML file: what may be written, and what is said of what may not."""
-
 from pathlib import Path
 
 import pinocchio as pin

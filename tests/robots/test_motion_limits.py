@@ -1,5 +1,3 @@
-"""Limits of motions: read from a model, used by samples, kept by setpoints and references."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""The wrist feels weights computed by hand; the tool moves as its kinematics say."""
-
 from dataclasses import replace
 from pathlib import Path
 

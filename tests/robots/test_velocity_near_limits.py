@@ -1,5 +1,3 @@
-"""Velocity limits that shrink towards the position limits, as a description gives them."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Objects of a scene that are alike."""
-
 import numpy as np
 import pytest
 

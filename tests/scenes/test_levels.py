@@ -1,5 +1,3 @@
-"""Levels say how strongly a scene varies, by name."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""Objects that a scene expects, and the sources of their poses."""
-
 import os
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""A scene from a file is what the file says, or all that is wrong is said at once."""
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""Blocks are scattered with room, chosen by room, and belong into the row of their colour."""
-
 import itertools
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""A running Fuel server, and its cache."""
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-"""Addresses of models in SDFormat and on Fuel."""
-
 import pytest
 
 from bt_manip.models import ModelError, find_model, load_model

@@ -1,5 +1,3 @@
-"""``bt-manip models``, and a run, against a server of our own."""
-
 import json
 from pathlib import Path
 

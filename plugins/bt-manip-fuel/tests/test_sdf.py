@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, load_model
 from bt_manip_fuel.sdf import scopes
 
@@ -79,6 +80,7 @@ def test_table_and_basket_keep_mass_inertia_shape_and_friction(tmp_path, name, m
         assert made.geom_friction[other, 0] == pytest.approx(0.6)
     assert spatial_inertia(made).isApprox(spatial_inertia(ours), 1e-9)
     assert made.body_mass.sum() == pytest.approx(mass) and made.nv == 0
+    assert not ModelObject(str(tmp_path / "thing.sdf")).free
 
 
 # A double pendulum

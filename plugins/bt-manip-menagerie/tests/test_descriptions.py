@@ -1,5 +1,3 @@
-"""The files, and robots that are described by nothing but such a file."""
-
 import json
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-"""A simulated arm in a process of its own."""
-
 import os
 import sys
 

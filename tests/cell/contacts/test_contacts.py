@@ -1,5 +1,3 @@
-"""Contacts, their forces and events, against weights and the forces that MuJoCo applies."""
-
 import mujoco
 import numpy as np
 import pytest

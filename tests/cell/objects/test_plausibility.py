@@ -1,5 +1,3 @@
-"""Masses and inertias that no body of such a shape has are found, those of bodies are kept."""
-
 from itertools import product
 
 import mujoco

@@ -1,5 +1,3 @@
-"""What is altered differs from its model, in the physics and nowhere else, and stays so."""
-
 import json
 
 import numpy as np
