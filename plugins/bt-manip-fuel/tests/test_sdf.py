@@ -67,20 +67,25 @@ def spatial_inertia(model: mujoco.MjModel) -> pin.Inertia:
     return total
 
 
-@pytest.mark.parametrize(("name", "mass"), [("table", 24.0), ("basket", 0.45)])
-def test_table_and_basket_keep_mass_inertia_shape_and_friction(tmp_path, name, mass):
+@pytest.mark.parametrize(
+    ("name", "static", "mass", "friction"),
+    [("table", True, 24.0, 0.6), ("basket", False, 0.45, 0.6), ("cube", True, 0.0565, 1.0)],
+)
+def test_objects_of_the_task_keep_mass_inertia_shape_and_friction_and_are_free_or_fixed(
+    tmp_path, name, static, mass, friction
+):
     ours = mujoco.MjModel.from_xml_string(load_model(f"bundled:{name}").path.read_text())
-    made = compiled(tmp_path, bundled_sdf(name, static=True))
+    made = compiled(tmp_path, bundled_sdf(name, static=static))
     for one, other in zip(
         np.flatnonzero(ours.geom_contype), np.flatnonzero(made.geom_contype), strict=True
     ):
         assert made.geom_size[other] == pytest.approx(ours.geom_size[one])
         assert made.geom_pos[other] + made.body_pos[1] == pytest.approx(ours.geom_pos[one])
         assert abs(made.geom_quat[other] @ ours.geom_quat[one]) == pytest.approx(1)
-        assert made.geom_friction[other, 0] == pytest.approx(0.6)
+        assert made.geom_friction[other, 0] == pytest.approx(friction)
     assert spatial_inertia(made).isApprox(spatial_inertia(ours), 1e-9)
     assert made.body_mass.sum() == pytest.approx(mass) and made.nv == 0
-    assert not ModelObject(str(tmp_path / "thing.sdf")).free
+    assert ModelObject(str(tmp_path / "thing.sdf")).free is not static
 
 
 # A double pendulum

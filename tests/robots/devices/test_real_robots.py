@@ -25,7 +25,7 @@ from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.session import Session
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
-from bt_manip.robots import DeviceError, panda
+from bt_manip.robots import panda
 from bt_manip.robots.connection_worker import serve_arm
 from bt_manip.scenes import table_and_basket
 from bt_manip_contracts import (
@@ -384,19 +384,3 @@ def test_a_run_whose_arm_process_is_killed_ends_at_once_and_names_it(bt_manip, c
     assert time.monotonic() - killed[0] < 5.0
     assert done.code != 0
     assert "arm: its process has ended" in done.out + done.err and "Traceback" not in done.err
-
-
-def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(station):
-    connection, s = station.arm.connection, np.linspace(0.0, 1.0, 400)[:, np.newaxis]
-    step = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)  # a smooth one
-    setpoints = connection.latest.q_ref + 0.01 * step
-    for latency in (300, 100):
-        connection.send(connection.lag + latency, setpoints)
-    steps(station, 70)
-    assert connection.latest.q_ref == pytest.approx(setpoints[-1])
-
-
-def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
-    os.kill(station.arm.connection.process.pid, signal.SIGKILL)
-    with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
-        steps(station, 1000)
