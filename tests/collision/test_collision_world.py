@@ -139,13 +139,3 @@ def test_contact_types_of_the_model_are_respected():
     cell.add(wall, tool, name="wall")
     world = CollisionWorld(robot, robot.make_model())
     assert {pair.second for pair in world.collisions(AWAY)} == {"wall"}
-
-
-def test_geoms_that_move_as_one_are_not_checked():
-    cell, robot = in_the_air()
-    world = CollisionWorld(robot, robot.make_model())
-    of_geom = cell.model.geom_bodyid
-    hand, finger = (of_geom == cell.body_id(f"panda/{name}") for name in ("hand", "left_finger"))
-    link5 = of_geom == cell.body_id("panda/link5")
-    assert not world.checked_pairs[hand][:, finger].any()
-    assert world.checked_pairs[link5][:, finger].any()

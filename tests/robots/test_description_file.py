@@ -3,7 +3,6 @@ from pathlib import Path
 import pinocchio as pin
 import pytest
 
-from bt_manip.grippers.two_finger.parameters import read_parameters
 from bt_manip.robots import RobotError, Tolerance, ToolLimits, read_description, read_gripper
 from tests.robot_fixtures import GRIPPER, LEAST
 
@@ -88,33 +87,6 @@ def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):
     with pytest.raises(RobotError, match=message) as error:
         read(text)
     assert "arm" in str(error.value)
-
-
-def test_all_wrong_keys_are_said_at_once_each_with_its_line(read):
-    text = (
-        LEAST.replace("velocity = 2", 'velocity = "fast"')
-        .replace("home = [0.0, 1.0]", "home = [0.0]")
-        .replace('frame = "tip"', "fram = 1\nposition = [0, 0]\nrpy = 1")
-    )
-    gripper = GRIPPER.replace("max_force = 20", "max_force = -1")
-    with pytest.raises(RobotError) as error:
-        read("speeds = 1\n" + text + gripper + "[tolerance]\nposition = 0\nrotatoin = 1\n")
-    keys = [line.split("key ")[1] for line in str(error.value).splitlines()]
-    assert [key.split("'")[1] for key in keys] == [
-        "tool.frame", "home", "velocity", "gripper.max_force", "tolerance.position",
-        "tolerance.rotatoin", "tool.position", "tool.rpy", "tool.fram", "speeds",
-    ]  # fmt: skip
-    assert "arm.toml:6: key 'velocity' is a list of 2 numbers, got 'fast'" in str(error.value)
-
-
-def test_wrong_keys_of_the_gripper_are_said_at_once(read, tmp_path):
-    wrong = GRIPPER.replace('["left", "right"]', '["left", "left"]').replace("0.08", "0.0")
-    read(LEAST + wrong + "colour = 1\n")
-    gripper = read_gripper(tmp_path / "arm.toml")
-    with pytest.raises(RobotError) as error:
-        read_parameters(gripper.read("arm"))
-    keys = [line.split("'")[1] for line in str(error.value).splitlines()]
-    assert keys == ["gripper.joints", "gripper.open_width", "gripper.colour"]
 
 
 def test_the_gripper_is_read_from_a_file_that_is_wrong_otherwise(read, tmp_path):

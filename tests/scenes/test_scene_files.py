@@ -247,17 +247,6 @@ def test_more_tables_than_a_scene_can_have_are_one_error(write, parts, kind, cou
     )
 
 
-def test_all_that_is_wrong_is_said_at_once(write, parts):
-    text = (
-        "seed = 'x'\n[[robots]]\nrobot = 'pand'\nposition = [0]\n"
-        "[[objects]]\nmodel = 'tabel'\n[[objects]]\nmodel = 'cube'\nmass = -1\nfree = 2\n"
-    )
-    with pytest.raises(SceneError) as raised:
-        read_scene(write(text), parts)
-    lines = [int(re.search(r"toml:(\d+):", problem)[1]) for problem in raised.value.problems]
-    assert sorted(lines) == [1, 3, 4, 6, 9, 10]
-
-
 def test_without_registered_parts_their_names_are_not_checked(write):
     text = (
         ROBOT + 'robot = "a"\ncontroller = "b"\nplanner = "c"\n[[objects]]\nmodel = "d"\nsize = 9\n'
