@@ -56,8 +56,6 @@ class Broken(Pendulum):
 
 
 class Grumpy(Pendulum):
-    """An entity whose hook raises."""
-
     def after_compile(self, physics, random_state):
         raise RuntimeError("not today")
 

@@ -1,8 +1,10 @@
+from itertools import product
+
 import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.collision.adjacent_links import never_colliding_pairs
+from bt_manip.collision.adjacent_links import hull_points, never_colliding_pairs
 from bt_manip.collision.collision_model import collidable_pairs
 from bt_manip.collision.motion_bounds import link_of_body
 
@@ -65,3 +67,10 @@ def test_the_result_for_an_arm_is_reused_when_it_is_compiled_elsewhere(monkeypat
     moved.body("base").pos[:] = (0.3, -0.2, 2.0)
     assert never_colliding(moved) == first and not measured
     assert never_colliding(arm(height=0.124)) == first and measured
+
+
+def test_the_corners_of_a_box_enclose_it():
+    model = arm()
+    found = hull_points(model, model.geom("beam").id)
+    corners = set(product((-0.02, 0.02), (-0.15, 0.15), (-0.02, 0.02)))
+    assert len(found) == 8 and set(map(tuple, found.tolist())) == corners

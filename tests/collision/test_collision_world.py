@@ -17,14 +17,12 @@ HOME = np.array(panda().home)
 
 
 def in_the_air() -> tuple[Cell, Robot]:
-    """Return a robot in the air, at home."""
     cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     return cell, robot
 
 
 def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
-    """Return a robot in the air with a cube between its fingers."""
     cell, robot = in_the_air()
     robot.set_configuration(HOME)
     robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr] = open_by - 1e-4
@@ -139,3 +137,13 @@ def test_contact_types_of_the_model_are_respected():
     cell.add(wall, tool, name="wall")
     world = CollisionWorld(robot, robot.make_model())
     assert {pair.second for pair in world.collisions(AWAY)} == {"wall"}
+
+
+def test_geoms_that_move_as_one_are_not_checked():
+    cell, robot = in_the_air()
+    world = CollisionWorld(robot, robot.make_model())
+    of_geom = cell.model.geom_bodyid
+    hand, finger = (of_geom == cell.body_id(f"panda/{name}") for name in ("hand", "left_finger"))
+    link5 = of_geom == cell.body_id("panda/link5")
+    assert not world.checked_pairs[hand][:, finger].any()
+    assert world.checked_pairs[link5][:, finger].any()

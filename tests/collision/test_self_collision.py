@@ -62,7 +62,6 @@ def description(tmp_path) -> RobotDescription:
 
 
 def world_of(description: RobotDescription) -> CollisionWorld:
-    """Return the collision world of a robot that is compiled alone."""
     robot = Robot(description)
     compile_alone(robot)
     return CollisionWorld(robot, robot.make_model())

@@ -35,7 +35,6 @@ def test_a_file_is_what_its_name_or_its_content_says(tmp_path, monkeypatch):
 
 @pytest.fixture
 def gazebo_files(tmp_path, monkeypatch):
-    """Write a model of Gazebo in each of its forms."""
     monkeypatch.chdir(tmp_path)
     for name in ("a.sdf", "a.world", "b.xml"):
         (tmp_path / name).write_text("<sdf/>")

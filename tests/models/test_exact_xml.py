@@ -3,6 +3,7 @@ import pytest
 
 from bt_manip.cell.objects import mjcf_root
 from bt_manip.models import exact_xml, load_model
+from bt_manip.models.exact_xml import repair
 from bt_manip.robots import read_model
 
 PART = """<mujoco model="part"><default><default class="red"><geom friction="0.4"/></default>
@@ -82,3 +83,18 @@ def test_each_number_of_a_body_is_written_with_all_its_digits():
     model, found = spec.compile(), mujoco.MjModel.from_xml_string(exact_xml(spec))
     for name in (*SAME, "body_iquat"):
         assert getattr(found, name) == pytest.approx(getattr(model, name), abs=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("moments", "kept"), [((1, 1, 1.99), True), ((1, 1, 2.01), False), ((0, 0, 0), False)]
+)
+def test_moments_above_the_sum_of_the_others_are_made_ones_that_mujoco_takes(moments, kept):
+    spec = mujoco.MjSpec.from_string(
+        f"""<mujoco><worldbody><body><geom size=".1"/><inertial mass="1" pos="0 0 0"
+        diaginertia="{" ".join(map(str, moments))}"/></body></worldbody></mujoco>"""
+    )
+    assert repair(spec) is not kept
+    largest = max(moments)
+    repaired = [largest, largest, 0.0]
+    found = spec.compile().body_inertia[1]
+    assert sorted(found) == pytest.approx(sorted(moments if kept else repaired), abs=1e-13)

@@ -79,14 +79,12 @@ def archive(name: str, file: str, content: bytes = XML) -> bytes:
 
 @pytest.fixture
 def served(tmp_path: Path) -> Path:
-    """Give the folder that the server gives files of."""
     (tmp_path / "served").mkdir()
     return tmp_path / "served"
 
 
 @pytest.fixture
 def server(served: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ThreadingHTTPServer]:
-    """Give a running server."""
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
     handler = partial(SimpleHTTPRequestHandler, directory=str(served))
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:

@@ -15,7 +15,6 @@ def formula(distance: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def both():
-    """Give the limits of the Panda without and with these velocity limits."""
     return Robot(panda()).limits, Robot(NEAR).limits
 
 

@@ -24,7 +24,6 @@ SUCCESS = NodeStatus.SUCCESS
 
 
 def chosen(trial, behaviour, key):
-    """Return the value that a behaviour writes to a blackboard entry."""
     choosing = trial(behaviour)
     assert choosing.tick() is SUCCESS
     return choosing.blackboard[key]

@@ -26,7 +26,6 @@ def compiled(root):
 
 
 def corrected(text):
-    """Give the body after the correction, and the warnings."""
     root = mjcf.from_xml_string(text)
     warnings = list(correct_inertias(root, compiled(root)))
     return compiled(root).body("it"), warnings
