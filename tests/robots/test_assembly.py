@@ -31,6 +31,7 @@ def test_urdf_with_a_missing_mesh_names_file_and_line(tmp_path):
 MOBILE = """
 <mujoco model="mobile">
   <compiler angle="radian" fusestatic="true"/>
+  <option><flag contact="disable"/></option>
   <worldbody>
     <geom name="floor" type="plane" size="1 1 0.1"/>
     <body name="base_link" pos="0 0 0.1">
@@ -58,7 +59,7 @@ MOBILE = """
 """
 
 
-def test_of_a_larger_robot_only_the_joints_of_the_arm_move_and_its_floor_is_left_out(tmp_path):
+def test_of_a_larger_robot_only_the_joints_of_the_arm_move_and_its_world_is_left_out(tmp_path):
     path = tmp_path / "mobile.xml"
     path.write_text(MOBILE)
     lifted = spatial.pose((0.0, 0.0, 0.2))
@@ -67,4 +68,4 @@ def test_of_a_larger_robot_only_the_joints_of_the_arm_move_and_its_floor_is_left
     model = robot.mj_model
     assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "slave"]
     assert model.body("base_link").pos[2] == pytest.approx(0.3)  # fused with nothing
-    assert model.geom_bodyid.min() > 0
+    assert model.geom_bodyid.min() > 0 and model.opt.disableflags == 0
