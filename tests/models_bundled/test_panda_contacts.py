@@ -80,3 +80,15 @@ def test_the_other_links_stay_clear_of_the_plane_that_it_stands_on(panda):
                     radius, half = panda.geom_size[g][:2]
                     reach = radius + half * abs(data.geom_xmat[g][8])
                 assert data.geom_xpos[g][2] - reach > 0.009
+
+
+def test_the_pads_meet_when_the_hand_is_closed(panda):
+    data = mujoco.MjData(panda)
+    data.qpos[:7] = HOME
+    data.qpos[7:] = 0.0005
+    mujoco.mj_forward(panda, data)
+    assert data.ncon == 0
+    data.qpos[7:] = 0.0
+    mujoco.mj_forward(panda, data)
+    pads = {panda.geom(g).name for c in data.contact for g in (c.geom1, c.geom2)}
+    assert pads == {"left_finger_pad", "right_finger_pad"}

@@ -30,21 +30,6 @@ def test_little_has_to_be_said(read, tmp_path):
     assert arm.T_rb == arm.T_ft == pin.SE3.Identity()
 
 
-def test_everything_can_be_said():
-    arm = read_description(FILE)
-    assert arm.T_rb.translation == pytest.approx([0.0, 0.0, 0.2])
-    assert arm.T_rb.rotation[0, 0] == pytest.approx(-1.0)
-    assert arm.T_ft.translation == pytest.approx([0.0, 0.0, 0.11])
-    assert arm.tool_limits == ToolLimits(velocity=0.5)
-    assert arm.tolerance == Tolerance(rotation=1e-3)
-    assert arm.pedestal == (0.1, 0.1, 0.2)
-    gripper = arm.gripper
-    assert gripper.model == str(FILE.parent / "pincers.xml")
-    assert gripper.kind == "two_finger" and gripper.max_force == 40.0
-    assert gripper.parameters["pads"]["solref"] == [0.004, 1.0]
-    assert gripper.parameters["frictionloss"] == 0.001 and "armature" not in gripper.parameters
-
-
 def test_pairs_of_bodies_that_may_touch_are_read(read):
     assert read('exclude = [["foot", "left/link"]]\n' + LEAST).exclude == (("foot", "left/link"),)
 

@@ -28,6 +28,8 @@ def test_joint_limits_are_copied_and_cannot_be_written():
         dict(lower=ONE, upper=-ONE),
         dict(velocity=np.zeros(2)),
         dict(effort=np.ones(3)),
+        dict(effort=np.float64(1.0)),
+        dict.fromkeys(("lower", "upper", "velocity", "acceleration", "jerk"), np.ones((2, 2))),
         dict(jerk=np.full(2, np.nan)),
     ],
 )

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.robots import LimitUse, MotionLimits, Robot, RobotError, sampling_bounds
+from bt_manip.robots import LimitUse, MotionLimits, Robot, sampling_bounds
 from tests.robot_fixtures import described
 from tests.trajectories.pendulum import pendulum
 
@@ -113,15 +113,6 @@ def test_the_tool_keeps_its_speed_and_its_box():
         found = limits.setpoints_problem(np.zeros((3, 1)), slow * np.arcsin(depth))
         assert found.startswith(problem) and bool(found) is bool(problem)
     assert limits.leaving(0.56 + 0.1 * s[::-1]) == ""  # from outside towards the box
-
-
-@pytest.mark.parametrize("wrong", [np.ones(3), np.float64(1.0)])
-def test_one_limit_a_joint_is_wanted(wrong):
-    with pytest.raises(RobotError, match="one jerk a joint"):
-        replace(LIMITS, jerk=wrong)
-    table = np.ones((2, 2))
-    with pytest.raises(RobotError, match="one lower a joint"):
-        MotionLimits(-table, table, table, table, table, table)
 
 
 def test_limits_come_from_the_model_and_the_description(tmp_path):

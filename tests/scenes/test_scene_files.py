@@ -257,11 +257,6 @@ def test_without_registered_parts_their_names_are_not_checked(write):
     assert thing.parameters == {"size": 9}
 
 
-def test_a_missing_file_is_one_error(tmp_path, parts):
-    with pytest.raises(SceneError, match="no scene .*none.toml: No such file"):
-        read_scene(tmp_path / "none.toml", parts)
-
-
 def test_lines_are_found_of_tables_arrays_dotted_and_quoted_keys():
     text = """a = 1
 [b]
