@@ -14,7 +14,8 @@ from bt_manip.collision import (
 )
 from bt_manip.collision.self_collision import SelfCollision
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
+from bt_manip.robots import RobotDescription, RobotError
+from tests.robot_fixtures import compiled
 
 # The turret overlaps the foot at every angle; the forearm folds into the foot.
 FOLDING_ARM = """
@@ -62,8 +63,7 @@ def description(tmp_path) -> RobotDescription:
 
 
 def world_of(description: RobotDescription) -> CollisionWorld:
-    robot = Robot(description)
-    compile_alone(robot)
+    robot = compiled(description)
     return CollisionWorld(robot, robot.make_model())
 
 

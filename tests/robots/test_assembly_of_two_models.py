@@ -8,9 +8,10 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, RobotError, compile_alone, read_description
+from bt_manip.robots import Robot, RobotError, read_description
 from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
+from tests.robot_fixtures import compiled
 
 FILE = Path(__file__).parent / "models" / "post.toml"
 CRANK, ROOT = 0.05, 0.02  # [m] of tests/robots/models/pincers.xml
@@ -23,9 +24,7 @@ def description():
 
 @pytest.fixture(scope="module")
 def robot(description):
-    robot = Robot(description, gripper=TwoFingerGripper)
-    compile_alone(robot)
-    return robot
+    return compiled(description, gripper=TwoFingerGripper)
 
 
 def changed(description, **changes):
@@ -49,8 +48,7 @@ def test_tool_and_pedestal_are_where_base_mount_and_tool_put_them(robot):
 
 def test_bodies_of_both_models_and_the_pedestal_may_be_excluded(description):
     pairs = (("column", "left_finger"), ("boom", "pincers/left_finger"), ("pedestal", "boom"))
-    excluding = Robot(dataclasses.replace(description, exclude=pairs), gripper=TwoFingerGripper)
-    compile_alone(excluding)
+    excluding = compiled(dataclasses.replace(description, exclude=pairs), gripper=TwoFingerGripper)
     model = excluding.mj_model
     column, boom, pedestal, finger = (
         model.body(name).id for name in ("column", "boom", "pedestal", "pincers/left_finger")
@@ -119,8 +117,7 @@ def test_a_body_can_be_the_mount_and_a_site_the_tool(description):
     turned = dataclasses.replace(
         turned, tool_frame="end", T_ft=pin.SE3.Identity(), T_rb=pin.SE3.Identity()
     )
-    robot = Robot(turned)
-    compile_alone(robot)
+    robot = compiled(turned)
     assert np.allclose(robot.tool_pose.translation, (0.4, 0.0, 0.5), atol=1e-9)
     palm = robot.mj_data.body("pincers/palm").xpos
     assert np.allclose(palm, (0.4, 0.0, 0.5), atol=1e-9)

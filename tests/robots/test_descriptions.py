@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.robots import JointLimits, Payload, RobotError, panda
 
-ONE = np.ones(2)
+ONE, TABLE = np.ones(2), np.ones((2, 2))
 
 
 def limits(**changes):
@@ -29,7 +29,10 @@ def test_joint_limits_are_copied_and_cannot_be_written():
         dict(velocity=np.zeros(2)),
         dict(effort=np.ones(3)),
         dict(effort=np.float64(1.0)),
-        dict.fromkeys(("lower", "upper", "velocity", "acceleration", "jerk"), np.ones((2, 2))),
+        dict(
+            lower=-TABLE,
+            **dict.fromkeys(("upper", "velocity", "acceleration", "jerk", "effort"), TABLE),
+        ),
         dict(jerk=np.full(2, np.nan)),
     ],
 )

@@ -13,9 +13,10 @@ from bt_manip.cell import BodyNames, Cell, literal_name
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
-from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone, read_description
+from bt_manip.robots import Robot, RobotDescription, RobotError, read_description
 from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
+from tests.robot_fixtures import compiled
 
 FILE = Path(__file__).parent / "models" / "five_joints.toml"
 MORE = """
@@ -71,8 +72,7 @@ def description(tmp_path_factory) -> RobotDescription:
 
 
 def test_the_compiled_robot_is_one_arm_of_the_file(description, rng):
-    robot = Robot(description, gripper=TwoFingerGripper)
-    compile_alone(robot)
+    robot = compiled(description, gripper=TwoFingerGripper)
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
     original = mujoco.MjModel.from_xml_path(description.model)
@@ -103,16 +103,14 @@ def test_messages_show_the_names_of_the_file(description, key, names, message):
 
 
 def test_the_base_of_such_a_model_can_be_moved(description):
-    robot = Robot(replace(description, T_rb=spatial.pose((0.0, -0.4, 0.2))))
-    compile_alone(robot)
+    robot = compiled(replace(description, T_rb=spatial.pose((0.0, -0.4, 0.2))))
     assert np.allclose(robot.mj_model.body("left\\foot").pos, (0.0, 0.0, 0.2))
 
 
 def test_it_is_a_gripper_of_its_own_too(description):
     arm = replace(description, gripper=None, tool_frame="right/tool")
     hand = replace(description.gripper, model=description.model, mount="left/hand")
-    robot = Robot(measured(replace(arm, gripper=hand)), gripper=TwoFingerGripper)
-    compile_alone(robot)
+    robot = compiled(measured(replace(arm, gripper=hand)), gripper=TwoFingerGripper)
     assert robot.mj_model.njnt == 7 + 14
 
 

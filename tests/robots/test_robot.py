@@ -16,7 +16,7 @@ from bt_manip.robots import (
     panda,
 )
 from bt_manip_contracts import verify
-from tests.robot_fixtures import described
+from tests.robot_fixtures import compiled, described
 
 SERVO_ARM = """
 <mujoco model="servo">
@@ -52,8 +52,7 @@ def servo(tmp_path):
 
 def test_armature_of_the_description_replaces_the_models_in_both_models(servo):
     def mass_matrices(description: RobotDescription) -> tuple[np.ndarray, np.ndarray]:
-        robot = Robot(description)
-        compile_alone(robot)
+        robot = compiled(description)
         mujoco.mj_forward(robot.mj_model, robot.mj_data)
         full = np.zeros((robot.mj_model.nv, robot.mj_model.nv))
         for i, unit in enumerate(np.eye(robot.mj_model.nv)):
