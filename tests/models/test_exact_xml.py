@@ -5,6 +5,7 @@ from bt_manip.cell.objects import mjcf_root
 from bt_manip.models import exact_xml, load_model
 from bt_manip.models.exact_xml import repair
 from bt_manip.robots import read_model
+from tests.support.models import compiled
 
 PART = """<mujoco model="part"><default><default class="red"><geom friction="0.4"/></default>
 </default><asset><mesh name="wedge" vertex="0 0 0 .1 0 0 0 .1 0 0 0 .1"/></asset><worldbody>
@@ -29,10 +30,6 @@ SAME = (
     "body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "geom_pos", "geom_quat",
     "geom_size", "geom_friction", "jnt_pos", "jnt_axis", "jnt_range", "dof_damping",
 )  # fmt: skip
-
-
-def compiled(root) -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
 @pytest.fixture

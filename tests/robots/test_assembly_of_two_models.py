@@ -179,12 +179,3 @@ def test_the_motor_of_coupled_fingers_is_found(description, robot):
     (motor,), (described,) = found.actuators, robot.gripper.mechanism.actuators
     assert motor.tendon.name == "both"
     assert motor.forcerange == pytest.approx(described.forcerange)  # read, and measured here
-
-
-def test_the_steepest_place_decides_the_effort(robot):
-    travel = robot.gripper.mechanism.travel
-    drivers = ("left_driver", "right_driver")
-    one, two = dataclasses.replace(travel, motor=None).efforts(10.0, drivers)
-    assert one == pytest.approx(two, rel=1e-2)
-    assert travel.efforts(10.0, drivers) == pytest.approx([one + two])
-    assert one == pytest.approx(1.2 * 10.0 * CRANK, rel=0.02)

@@ -29,8 +29,8 @@ def chosen(trial, behaviour, key):
     return choosing.blackboard[key]
 
 
-def put(station, colour, x, y, z=0.02, yaw=0.0):
-    T_wo = spatial.pose((x, y, SURFACE + z), (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)))
+def put(station, colour, x, y, z=0.02):
+    T_wo = spatial.pose((x, y, SURFACE + z))
     return station.cell.add(ColouredBlock(colour=colour), T_wo)
 
 
@@ -92,14 +92,14 @@ def test_blocks_that_are_scattered_again_replace_the_old_ones_and_are_not_compil
 @pytest.mark.start("two blocks")
 def test_the_block_that_lies_elsewhere_or_that_a_tower_grows_on_is_not_chosen(station, trial):
     assert chosen(trial, ChooseBlock(base="red", block="{block}"), "block") == "green"
-    station.cell.add(ColouredBlock(colour="blue"), spatial.pose((0.38, 0.24, 1.04)))
+    put(station, "blue", 0.38, 0.24, 0.025)
     station.cell.step(50)
     assert chosen(trial, ChooseBlock(on="tray", block="{block}"), "block") == "blue"
 
 
 @pytest.mark.start("two blocks")
 def test_the_block_with_most_room_is_chosen(station, trial):
-    station.cell.add(ColouredBlock(colour="blue"), spatial.pose((0.5, 0.0, 1.035)))
+    put(station, "blue", 0.5, 0.0)
     station.cell.step(50)
     assert chosen(trial, ChooseBlock(block="{block}"), "block") == "blue"
 
@@ -272,11 +272,8 @@ def test_what_cannot_be_is_refused(make, message):
 
 def test_a_block_that_vanishes_is_neither_sorted_nor_stacked_until_blocks_are_added(station, trial):
     tray = station.cell.find("tray")
-    for i, name in enumerate(("red", "red_1")):
-        place = (station.cell.pose("tray") * tray.row("red")[i]).translation[:2]
-        station.cell.add(
-            ColouredBlock(colour="red"), spatial.pose((*place, SURFACE + 0.026)), name=name
-        )
+    for slot in tray.row("red")[:2]:
+        put(station, "red", *(station.cell.pose("tray") * slot).translation[:2], z=0.026)
     station.cell.step(50)
     are_sorted, are_stacked = trial(AreSorted()), trial(AreStacked())
     assert are_sorted.tick() is SUCCESS

@@ -87,8 +87,6 @@ def test_objects_of_the_task_keep_mass_inertia_shape_and_friction_and_are_free_o
     assert ModelObject(str(tmp_path / "thing.sdf")).free is not static
 
 
-# A double pendulum
-
 M1, M2, L1, L2 = 1.0, 0.5, 0.4, 0.3  # [kg], [m]: thin rods
 G = 9.81
 
@@ -127,9 +125,6 @@ def test_the_double_pendulum_has_the_mass_matrix_and_the_energy_of_the_textbook(
         z1 = 2 - L1 / 2 * np.cos(q[0])  # heights of the two middles
         z2 = 2 - L1 * np.cos(q[0]) - L2 / 2 * np.cos(sum(q))
         assert data.energy[0] == pytest.approx(M1 * G * z1 + M2 * G * z2, rel=1e-9)
-
-
-# Links
 
 
 def test_what_an_inertial_leaves_out_is_1(tmp_path):
@@ -196,8 +191,6 @@ def test_an_automatic_inertial_is_that_of_the_shapes(tmp_path):
     assert model.body("a").mass[0] == pytest.approx(500 * 0.1 * 0.2 * 0.3)
     assert model.body_gravcomp[1] == 1.0
 
-
-# Shapes
 
 SHAPES = {
     "<box><size>0.2 0.4 0.6</size></box>": ("BOX", [0.1, 0.2, 0.3]),
@@ -327,9 +320,6 @@ def test_materials_keep_their_colours(tmp_path):
     assert model.mat_emission[model.geom_matid[0]] == pytest.approx(0.5)
 
 
-# Joints
-
-
 def two_links(kind: str, inside: str = "", **places: str) -> str:
     return MODEL.format(
         link("a")
@@ -434,9 +424,6 @@ def test_links_of_a_model_collide_only_if_it_says_so(tmp_path):
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         assert bool(data.ncon) == contacts
-
-
-# Frames
 
 
 def pose_of(model: mujoco.MjModel, kind: str, name: str) -> pin.SE3:

@@ -6,6 +6,7 @@ import pytest
 from dm_control import mjcf
 
 from bt_manip.cell.objects import correct_inertias, invented_masses
+from tests.support.models import compiled
 
 BODIES = """<mujoco><compiler angle="radian"/>
 <asset><mesh name="tip" vertex="0 0 0 .1 0 0 0 .2 0 0 0 .3"/></asset>
@@ -19,10 +20,6 @@ BODIES = """<mujoco><compiler angle="radian"/>
 INERTIAL = '<inertial pos=".02 -.03 .01" quat=".9 -.2 .3 .1" mass=".7" diaginertia="{} {} {}"/>'
 MASS = 0.7  # [kg]
 SOLID = BODIES.format(inertial="").replace("contype", 'density="0" contype')  # what collides
-
-
-def compiled(root):
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
 def corrected(text):
