@@ -112,9 +112,5 @@ def test_the_first_joint_outside_its_limits_is_named():
     assert limits.checked(-beyond).tolist() == [-1.0, -0.5, -1.0]
     with pytest.raises(MotionError, match="joint 1 cannot go to 1.0000 rad"):
         limits.checked(one + [2e-6, 0.0, 0.0])
-    for side in (-one, one):
-        assert limits.contain(side) and limits.contain(1.09 * side, 0.1)
-        assert not limits.contain(1.01 * side) and not limits.contain(1.11 * side, 0.1)
-        assert limits.contain(0.89 * side, -0.1) and not limits.contain(0.91 * side, -0.1)
     with pytest.raises(MotionError, match="joint 2 cannot go to 1.5000 rad: its limits are -1.0"):
         limits.checked(np.array([0.0, 1.5, -2.0]))

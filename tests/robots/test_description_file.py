@@ -1,18 +1,14 @@
-from pathlib import Path
-
 import pinocchio as pin
 import pytest
 
 from bt_manip.robots import RobotError, Tolerance, ToolLimits, read_description, read_gripper
 from tests.robot_fixtures import GRIPPER, LEAST
 
-FILE = Path(__file__).parent / "models" / "post.toml"
-
 
 @pytest.fixture
 def read(tmp_path):
-    def go(text, name="arm.toml"):
-        path = tmp_path / name
+    def go(text):
+        path = tmp_path / "arm.toml"
         path.write_text(text)
         return read_description(path)
 

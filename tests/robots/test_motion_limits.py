@@ -67,6 +67,7 @@ def test_differences_of_setpoints_may_exceed_a_limit_by_its_tolerance(kind, acce
 def test_a_range_and_a_use_have_a_tolerance_and_the_tool_counts_with_its_arm_only():
     for q in (np.array([1.0, 3.001]), np.array([-3.001, 1.0])):
         assert not LIMITS.contain(q) and LIMITS.contain(q, 0.002)
+        assert not LIMITS.contain(0.999 * q, -0.01) and LIMITS.contain(0.99 * q, -0.01)
     for i in range(4):
         uses = (LimitUse(*(1.0 + beyond * (np.arange(4) == i))) for beyond in (5e-7, 2e-6))
         assert [use.inside for use in uses] == [True, False]
