@@ -40,24 +40,15 @@ def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
     [
         (LEAST.replace("velocity", "velocty"), "key 'velocity' is missing.*did you mean 'velocty'"),
         (LEAST + "colour = 3\n", "key 'tool.colour' means nothing"),
-        (
-            LEAST.replace("jerk = [4, 5.5]", 'jerk = "much"'),
-            "'jerk' is a list of 2 numbers, got 'mu",
-        ),
+        (LEAST.replace("[4, 5.5]", '"much"'), "'jerk' is a list of 2 numbers, got 'much'"),
         (LEAST.replace('["a", "b"]', '"a"'), "'arm_joints' is a list of names, got 'a'"),
         (LEAST.replace('frame = "tip"', ""), "'tool.frame' is missing: a text"),
         (LEAST.replace("[tool]", "[tol]"), "'tool' is missing: a table with the 'frame'"),
         (LEAST + "quat_wxyz = [0, 0, 0, 0]\n", "'tool.quat_wxyz' is no rotation"),
         (LEAST + GRIPPER.replace("= 20", "= true"), "'gripper.max_force' is a number, got True"),
         (LEAST + GRIPPER + 'model = "hand.xml"\n', "'gripper.mount' is missing: a text"),
-        (
-            LEAST + "[base]\npedestal = [1, 1, 0]\n",
-            "base.pedestal' is a positive number .m., got 0",
-        ),
-        (
-            LEAST.replace('["a", "b"]', '["a", "a"]'),
-            "'arm_joints' is a list of at least one name, each once, got a, a",
-        ),
+        (LEAST + "[base]\npedestal = [1, 1, 0]\n", "pedestal' is a positive number .m., got 0"),
+        (LEAST.replace('["a", "b"]', '["a", "a"]'), "'arm_joints' .* each once, got a, a"),
         ('exclude = ["a", "b"]\n' + LEAST, "'exclude' is a list of pairs of names.*got ..a', 'b'"),
         ('exclude = [["a", 1]]\n' + LEAST, "'exclude' is a list of pairs of names"),
         ('exclude = [["a", "a"]]\n' + LEAST, "'exclude' has pairs of two names, got 'a' twice"),

@@ -16,17 +16,17 @@ LIMITS = MotionLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
 def test_references_of_a_constant_acceleration_may_exceed_a_limit_by_its_tolerance(times, joint):
     t = np.array([0.0, times[0], sum(times)])
     # Up to 5 % beyond the limits of 5 rad/s2 and 2 rad/s, and 0.001 rad/s2 and rad/s.
-    sizes = ((5.2509, ""), (-5.2509, ""), (5.2511, "acceleration"), (-5.2511, "acceleration"))
-    for a, problem in sizes:
-        q = np.outer(0.5 * a * t**2, np.arange(2) == joint)
-        found = LIMITS.reference_problem(q, times)
-        assert found.startswith(f"{problem} of joint {joint + 1}" if problem else "")
-        assert bool(found) is bool(problem)
-    for v, problem in ((2.1009, ""), (-2.1009, ""), (2.1011, "velocity"), (-2.1011, "velocity")):
-        q = np.outer(v * t, np.arange(2) == joint)
-        found = LIMITS.reference_problem(q, times)
-        assert found.startswith(f"{problem} of joint {joint + 1}" if problem else "")
-        assert bool(found) is bool(problem)
+    for size, motion, problem in (
+        (5.2509, 0.5 * t**2, ""),
+        (5.2511, 0.5 * t**2, "acceleration"),
+        (2.1009, t, ""),
+        (2.1011, t, "velocity"),
+    ):
+        for signed in (size, -size):
+            q = np.outer(signed * motion, np.arange(2) == joint)
+            found = LIMITS.reference_problem(q, times)
+            assert found.startswith(f"{problem} of joint {joint + 1}" if problem else "")
+            assert bool(found) is bool(problem)
 
 
 def test_a_joint_beyond_its_limit_may_stay_there_but_not_go_out_again():

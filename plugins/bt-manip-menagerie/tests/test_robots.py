@@ -22,13 +22,6 @@ def tool_to_cube(station) -> pin.SE3:
     return station.robot.tool_pose.actInv(station.cell.pose("cube"))
 
 
-def test_the_arm_is_driven_by_motors_alone(station):
-    robot, model = station.robot, station.cell.model
-    assert model.nu == len(robot.ctrl_adr) + len(robot.gripper.mechanism.ctrl_adr)
-    assert (model.actuator_gainprm[:, 0] == 1.0).all()
-    assert (model.actuator_biasprm == 0.0).all()
-
-
 def test_home_is_well_inside_the_limits(station):
     home = np.array(station.robot.description.home)
     assert station.robot.limits.contain(home, tolerance=-0.05)

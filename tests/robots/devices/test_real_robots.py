@@ -17,8 +17,8 @@ import pytest
 from dm_control.composer.variation.distributions import Uniform
 
 from bt_manip import build_station, load_plugins
-from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, WaitUntilUndisturbed
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.behaviours import MoveToConfiguration, Recover, WaitUntilUndisturbed
+from bt_manip.bt import NodeStatus
 from bt_manip.cell.randomization import Randomization
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.run_options import RunOptions
@@ -228,12 +228,6 @@ def test_the_contract_of_grippers_finds_one_that_claims_too_much(parts):
     holds_an_object(FakeGripper(""), 0.08, 0.05)
     with pytest.raises(AssertionError, match="width=0.05"):
         holds_an_object(FakeGripper(""), 0.08, 0.03)
-
-
-def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station):
-    tree = Tree(SwitchController(controller="cartesian_impedance"))
-    with pytest.raises(Exception, match="no controller is called 'cartesian_impedance'"):
-        tree.setup(**station.infrastructure)
 
 
 @pytest.mark.parametrize(
