@@ -19,13 +19,8 @@ region = { x = [0.2, 0.4], y = [-0.3, 0.3] }
 
 
 @pytest.fixture
-def read(tmp_path, parts):
-    def read(text: str):
-        path = tmp_path / "scene.toml"
-        path.write_text(ROBOT + text)
-        return read_scene(path, parts)
-
-    return read
+def read(write, parts):
+    return lambda text: read_scene(write(ROBOT + text), parts)
 
 
 def test_as_many_objects_are_compiled_as_are_counted_and_one_can_differ(read, parts):

@@ -31,10 +31,8 @@ objects.can.yaw = { normal = [0.0, 0.1] }
 
 
 @pytest.fixture
-def scene(tmp_path, parts):
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    return read_scene(path, parts)
+def scene(write, parts):
+    return read_scene(write(SCENE), parts)
 
 
 def quantities(scene):
@@ -100,13 +98,9 @@ def test_a_level_that_the_scene_has_not_is_refused(scene, name, level, message):
         ("[levels.pose.1.objectz.can]\nyaw = 1.0", "did you mean 'objects'"),
     ],
 )
-def test_levels_that_are_written_wrongly_are_refused_with_their_line(
-    tmp_path, parts, lines, message
-):
-    path = tmp_path / "scene.toml"
-    path.write_text(f"{SCENE}\n{lines}\n")
+def test_levels_that_are_written_wrongly_are_refused_with_their_line(write, parts, lines, message):
     with pytest.raises(BtManipError, match=message):
-        read_scene(path, parts)
+        read_scene(write(f"{SCENE}\n{lines}\n"), parts)
 
 
 def test_a_level_is_a_parameter_and_given_settings_are_kept(parts):

@@ -1,6 +1,5 @@
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,16 +15,6 @@ from bt_manip.toml import line_numbers, line_of
 
 ROBOT = "[[robots]]\nposition = [-0.1, 0.0, 1.015]\n"
 TABLE = ROBOT + '[[objects]]\nmodel = "table"\n'
-
-
-@pytest.fixture
-def write(tmp_path):
-    def write(text: str) -> Path:
-        path = tmp_path / "scene.toml"
-        path.write_text(text)
-        return path
-
-    return write
 
 
 def test_a_file_says_what_stands_where(write, parts):
