@@ -38,10 +38,6 @@ def put(cell, entity, x, y, z, name=None, settle=400, **keywords):
     return name
 
 
-def turned(x, y, z, angle):
-    return pose((x, y, TOP + z), (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0))
-
-
 @pytest.fixture
 def inside(cell):
     return put(cell, Cube(), 0.0, 0.0, 0.025 + FLOOR, "inside")
@@ -129,7 +125,8 @@ def test_a_rod_that_topples_slowly_is_not_at_rest(model):
     rod = model('<geom type="box" size=".005 .005 .25" pos="0 0 .25" mass=".1"/>')
     cell, angle = Cell(), np.arctan(0.005 / 0.25) + 2e-3
     height = 0.005 * np.sin(angle) + 1e-5
-    cell.add(rod, turned(0.0, 0.0, height - TOP, angle), name="rod", free=True)
+    T_wo = pose((0.0, 0.0, height), (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0))
+    cell.add(rod, T_wo, name="rod", free=True)
     top = np.array([0.0, 0.0, 0.5])
     cell.step(50)  # its edge comes to rest on the floor
     while cell.pose("rod").rotation[2, 2] > 0.5:
