@@ -1,4 +1,4 @@
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,7 +43,6 @@ max_force = 20
 
 
 def described(model: Path) -> RobotDescription:
-    """Return the description of an arm of two joints."""
     return RobotDescription(
         name=model.stem,
         model=str(model),
@@ -56,11 +55,16 @@ def described(model: Path) -> RobotDescription:
     )
 
 
-@pytest.fixture(scope="session")
-def compiled_robot() -> Robot:
-    robot = Robot(panda(), gripper=TwoFingerGripper)
+def compiled(description: RobotDescription, **options: Any) -> Robot:
+    """Return a robot, compiled alone."""
+    robot = Robot(description, **options)
     compile_alone(robot)
     return robot
+
+
+@pytest.fixture(scope="session")
+def compiled_robot() -> Robot:
+    return compiled(panda(), gripper=TwoFingerGripper)
 
 
 @pytest.fixture(scope="session")
@@ -94,18 +98,14 @@ def arm(robot: Robot, ik: InverseKinematics) -> Arm:
 def five_joints() -> Robot:
     """Give an arm of five joints, whose model has rounded numbers, compiled alone."""
     description = read_description(Path(__file__).parent / "robots/models/five_joints.toml")
-    robot = Robot(description, gripper=TwoFingerGripper)
-    compile_alone(robot)
-    return robot
+    return compiled(description, gripper=TwoFingerGripper)
 
 
 @pytest.fixture(scope="session")
 def rail_robot() -> Robot:
     """Give an arm of six joints on a rail, compiled alone."""
     description = read_description(Path(__file__).parent / "robots/models/rail.toml")
-    robot = Robot(description, gripper=TwoFingerGripper)
-    compile_alone(robot)
-    return robot
+    return compiled(description, gripper=TwoFingerGripper)
 
 
 @pytest.fixture
@@ -174,26 +174,12 @@ def menagerie_robot(menagerie: Path, name: str, bend: float = 0.0, **limits: flo
     names = tuple(joints.format(i) for i in (UR5E_JOINTS if name == "ur5e" else range(1, 8)))
     n = len(names)
     limits = {"velocity": 2.0, "acceleration": 5.0, "jerk": 1000.0, "effort": 50.0} | limits
-    robot = Robot(
-        RobotDescription(
-            name="other",
-            model=str(menagerie / file),
-            arm_joints=names,
-            tool_frame=site,
-            home=(bend, bend, bend, -1.5, bend, 1.5, bend) if name == "fr3" else (bend,) * n,
-            **{field: (value,) * n for field, value in limits.items()},
-        )
+    description = RobotDescription(
+        name="other",
+        model=str(menagerie / file),
+        arm_joints=names,
+        tool_frame=site,
+        home=(bend, bend, bend, -1.5, bend, 1.5, bend) if name == "fr3" else (bend,) * n,
+        **{field: (value,) * n for field, value in limits.items()},
     )
-    compile_alone(robot)
-    return robot
-
-
-def some(items: Iterable[Any], *usual: Any) -> list[Any]:
-    """Return parameters of a test, all but the usual ones marked as soak."""
-    return [i if i in usual else pytest.param(i, marks=pytest.mark.soak) for i in items]
-
-
-@pytest.fixture(params=some(MENAGERIE_ARMS, "ur5e", "fr3"))
-def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
-    """Give another arm, compiled alone."""
-    return menagerie_robot(menagerie, request.param)
+    return compiled(description)

@@ -1,5 +1,3 @@
-"""Poses of `bt_manip.spatial` from positions and quaternions."""
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

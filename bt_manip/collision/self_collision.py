@@ -50,15 +50,14 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
     """
     limits, rng = world.robot.limits, np.random.default_rng(0)
     lower, upper = limits.sampling_bounds()
-    pairs: list[tuple[str, str]] | None = None
+    pairs: set[tuple[str, str]] | None = None
     for _ in range(CONFIGURATION_SAMPLES):
-        touching = [
-            collision[:2] for collision in self_collisions(world, rng.uniform(lower, upper))
-        ]
-        pairs = [pair for pair in (touching if pairs is None else pairs) if pair in touching]
+        found = self_collisions(world, rng.uniform(lower, upper))
+        touching = {collision[:2] for collision in found}
+        pairs = touching if pairs is None else pairs & touching
         if not pairs:
             break
-    return sorted(pairs or [])
+    return sorted(pairs or ())
 
 
 def check_home(world: CollisionWorld) -> None:

@@ -32,7 +32,7 @@ _NAMED = {
     "site": mujoco.mjtObj.mjOBJ_SITE,
     "tendon": mujoco.mjtObj.mjOBJ_TENDON,
 }
-_WORLD_SETTINGS = ("option", "visual", "statistic", "size")
+_WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
 _ROTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 
 
@@ -299,12 +299,8 @@ def _place(element: Any, T: pin.SE3) -> None:
 
 def _drop_world(root: mjcf.RootElement) -> None:
     """Remove world settings, a floor, and gravity compensation, the controller's task."""
-    for name in _WORLD_SETTINGS:
-        element = getattr(root, name)
-        for attribute in list(element.get_attributes()):
-            delattr(element, attribute)
-    for key in list(root.keyframe.all_children()):
-        key.remove()
+    for setting in _WORLD_SETTINGS:
+        getattr(root, setting).remove()
     for geom in root.worldbody.find_all("geom", immediate_children_only=True):
         if geom.type == "plane":
             geom.remove()

@@ -43,7 +43,7 @@ def build_model(
         RobotError: If a joint or body is unknown, of the wrong kind or in the wrong order, or if
             a tendon's armature couples the joints.
     """
-    moving = [find(mj_model, "joint", name) for name in joints]
+    moving = [find_joint(mj_model, name) for name in joints]
     for name, joint in zip(joints, moving, strict=True):
         if int(mj_model.jnt_type[joint]) in (_FREE, _BALL):
             raise RobotError(f"joint '{name}' is free or a ball: an arm has hinges and slides")
@@ -77,19 +77,18 @@ def build_model(
     return model
 
 
-def find(mj_model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Return the id of a named ``"body"``, ``"joint"`` or ``"site"``.
+def find_joint(mj_model: mujoco.MjModel, name: str) -> int:
+    """Return the id of a named joint.
 
     Raises:
         RobotError: If there is none of that name.
     """
-    named = getattr(mj_model, kind)
     try:
-        return int(named(name).id)
+        return int(mj_model.joint(name).id)
     except KeyError:
-        count = {"body": mj_model.nbody, "joint": mj_model.njnt, "site": mj_model.nsite}[kind]
-        near = did_you_mean(literal_name(name), [literal_name(named(i).name) for i in range(count)])
-        raise RobotError(f"the model has no {kind} '{literal_name(name)}'{near}") from None
+        known = [literal_name(mj_model.joint(i).name) for i in range(mj_model.njnt)]
+        near = did_you_mean(literal_name(name), known)
+        raise RobotError(f"the model has no joint '{literal_name(name)}'{near}") from None
 
 
 def _name(element: Any) -> str:

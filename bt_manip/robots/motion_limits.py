@@ -11,7 +11,7 @@ from bt_manip.cell import escaped_name
 
 from .checks import POSITION_ROUNDING, invalid
 from .errors import RobotError
-from .model_building import find
+from .model_building import find_joint
 from .motors import effort_limit
 from .robot_description import NEAR_LIMITS, RobotDescription, ToolLimits
 
@@ -408,7 +408,7 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Moti
     Raises:
         RobotError: If a joint is unknown or its effort is unbounded in both.
     """
-    joints = [find(mj_model, "joint", escaped_name(name)) for name in description.arm_joints]
+    joints = [find_joint(mj_model, escaped_name(name)) for name in description.arm_joints]
     limited = mj_model.jnt_limited[joints].astype(bool)
     lower = np.where(limited, mj_model.jnt_range[joints, 0], -np.inf)
     upper = np.where(limited, mj_model.jnt_range[joints, 1], np.inf)

@@ -7,6 +7,8 @@ import mujoco
 import numpy as np
 from dm_control import mjcf
 
+_ACTUATOR = int(mujoco.mjtObj.mjOBJ_ACTUATOR)
+
 
 def ensure_motors(
     root: mjcf.RootElement,
@@ -34,8 +36,8 @@ def ensure_motors(
             continue
         name = target.full_identifier
         if name in moved:
-            i = _index(alone, actuator)
-            plain = i is not None and is_motor(alone, i) and alone.actuator_gear[i, 0] == 1.0
+            i = mujoco.mj_name2id(alone, _ACTUATOR, actuator.full_identifier or "")
+            plain = i >= 0 and is_motor(alone, i) and alone.actuator_gear[i, 0] == 1.0
             if plain and name not in kept and name in names:
                 kept[name] = actuator
                 continue
@@ -57,12 +59,6 @@ def _motor(root: mjcf.RootElement, element: Any, effort: float, motor: Any) -> A
     motor.ctrllimited = motor.forcelimited = "true"
     motor.ctrlrange = motor.forcerange = [-effort, effort]
     return motor
-
-
-def _index(alone: mujoco.MjModel, actuator: Any) -> int | None:
-    name = actuator.full_identifier or ""
-    found = mujoco.mj_name2id(alone, int(mujoco.mjtObj.mjOBJ_ACTUATOR), name)
-    return int(found) if found >= 0 else None
 
 
 def _pulls_only(tendon: Any, names: set[str]) -> bool:

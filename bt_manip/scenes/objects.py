@@ -59,13 +59,11 @@ def with_models(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -
     if not rise:
         return replace(scene, objects=tuple(objects))
     lifted = [
-        replace(new, T_wo=_raised(new.T_wo, rise))
-        if old.T_wo.translation[2] >= base - 1e-3
-        else new
+        replace(new, T_wo=raised(new.T_wo, rise)) if old.T_wo.translation[2] >= base - 1e-3 else new
         for old, new in zip(scene.objects, objects, strict=True)
     ]
     robots = [
-        replace(robot, T_wb=_raised(robot.T_wb, rise))
+        replace(robot, T_wb=raised(robot.T_wb, rise))
         if robot.T_wb.translation[2] >= base - 1e-3
         else robot
         for robot in scene.robots
@@ -83,7 +81,8 @@ def _carried(entity: Any, scene_object: SceneObject, scene: Scene) -> SceneRobot
     return on_it[0] if on_it else None
 
 
-def _raised(T: pin.SE3, rise: float) -> pin.SE3:
+def raised(T: pin.SE3, rise: float) -> pin.SE3:
+    """Return a pose in the world, raised [m]."""
     return pin.SE3(T.rotation, T.translation + np.array([0.0, 0.0, rise]))
 
 
@@ -106,13 +105,12 @@ def add_object(cell: Cell, scene_object: SceneObject, entity: composer.Entity, s
     Raises:
         CellError: If the object would penetrate another entity, or there is no free pose.
     """
-    declared = as_object(entity)
     height = support_height(cell, scene_object, entity)
     if scene_object.region is None:
-        rise = pin.SE3(np.eye(3), np.array([0.0, 0.0, height]))
-        cell.add(entity, rise * scene_object.T_wo, name=scene_object.name, free=scene_object.free)
+        T_wo = raised(scene_object.T_wo, height)
+        cell.add(entity, T_wo, name=scene_object.name, free=scene_object.free)
         return
-    x, y, _ = declared.centre_offset
+    x, y, _ = as_object(entity).centre_offset
     region = replace(scene_object.region, middle=(float(x), float(y)))
     if scene_object.on:
         region = replace(region, z=(height, height))

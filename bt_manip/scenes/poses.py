@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
-import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
@@ -17,7 +16,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.packages import suggestion
 from bt_manip.registry import Registry
 
-from .objects import support_height
+from .objects import raised, support_height
 from .scene import SceneObject
 
 PHYSICS = "physics"
@@ -142,9 +141,8 @@ class ExpectedObjects:
         if name not in self._made:
             self._made[name] = self._models.create(scene_object.model, **scene_object.parameters)
         entity = self._made[name]
-        T_wo = scene_object.T_wo.copy()
-        T_wo.translation += np.array([0.0, 0.0, support_height(self._cell, scene_object, entity)])
-        observed = self.source.pose(scene_object, T_wo)
+        height = support_height(self._cell, scene_object, entity)
+        observed = self.source.pose(scene_object, raised(scene_object.T_wo, height))
         if observed is None:
             return False
         self._cell.add(entity, observed, name=name, free=scene_object.free)

@@ -1,9 +1,18 @@
+import mujoco
+import numpy as np
 import pytest
 
 from bt_manip.cell import Cell, Cube, Table
 from bt_manip.spatial import pose
 
 SURFACE = 1.015  # [m]
+
+
+def content(model: mujoco.MjModel) -> bytes:
+    """Return all that is compiled."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
 
 
 @pytest.fixture(scope="module")

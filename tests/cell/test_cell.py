@@ -1,6 +1,3 @@
-"""Entities come and go; everything else stays, to the bit."""
-
-import mujoco
 import numpy as np
 import pytest
 from dm_control import composer, mjcf
@@ -59,8 +56,6 @@ class Broken(Pendulum):
 
 
 class Grumpy(Pendulum):
-    """An entity whose hook raises."""
-
     def after_compile(self, physics, random_state):
         raise RuntimeError("not today")
 
@@ -183,23 +178,6 @@ def test_a_state_with_an_unknown_object_and_no_factory_changes_nothing(cell):
     with pytest.raises(CellError, match="'cube'"):
         other.restore(state)
     assert list(other.entities) == names
-
-
-def test_the_same_entities_give_the_same_bits_in_a_composer_environment():
-    cell, world = Cell(), Cell()
-    for one in (cell, world):
-        one.add(Pendulum())
-        one.add(Cube(), pose((0.2, 0.0, 0.3), (0.9, 0.1, 0.2, 0.3)))
-    cell.step(500)
-    environment = composer.Environment(composer.NullTask(world.arena), random_state=0)
-    environment.reset()
-    for _ in range(500):
-        environment.step(np.zeros(1))
-    kind = mujoco.mjtState.mjSTATE_INTEGRATION
-    state = np.empty(mujoco.mj_stateSize(cell.model, kind))
-    physics = environment.physics
-    mujoco.mj_getState(physics.model.ptr, physics.data.ptr, state, kind)
-    assert state.tobytes() == cell.state_bytes()
 
 
 def test_numbers_that_are_not_finite_are_a_fault_and_not_a_silent_restart(cell):

@@ -1,5 +1,3 @@
-"""Names of entities, bodies and nameless elements."""
-
 import pytest
 from dm_control import mjcf
 

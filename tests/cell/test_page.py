@@ -1,5 +1,3 @@
-"""The page about the cell lists every registered object."""
-
 import re
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-"""A picture written as PNG is read back bit for bit, by MuJoCo's own reader."""
-
 import mujoco
 import numpy as np
 import pytest
@@ -8,15 +6,9 @@ from bt_manip.cell import png, write_png
 
 
 def read(data: bytes) -> np.ndarray:
-    """Read a PNG as MuJoCo reads textures."""  # (height, width, 3)
     xml = '<mujoco><asset><texture name="t" type="2d" file="t.png"/></asset></mujoco>'
     model = mujoco.MjModel.from_xml_string(xml, {"t.png": data})
     return model.tex_data.reshape(model.tex_height[0], model.tex_width[0], 3)
-
-
-def gradient(height: int, width: int) -> np.ndarray:
-    y, x = np.mgrid[:height, :width]
-    return np.stack([x * 3, y * 5, x + y], axis=2).astype(np.uint8)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (1, 9, 3), (9, 1, 3), (37, 23, 3)])
@@ -26,7 +18,9 @@ def test_noise_comes_back(shape):
 
 
 def test_each_way_to_filter_a_row_comes_back(tmp_path):
-    pixels = np.concatenate([gradient(40, 64), np.full((8, 64, 3), 200, np.uint8)])
+    y, x = np.mgrid[:40, :64]
+    gradient = np.stack([x * 3, y * 5, x + y], axis=2).astype(np.uint8)
+    pixels = np.concatenate([gradient, np.full((8, 64, 3), 200, np.uint8)])
     data = png(pixels)
     np.testing.assert_array_equal(read(data), pixels)
     assert len(data) < pixels.size / 20  # smooth pictures compress

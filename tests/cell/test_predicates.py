@@ -1,5 +1,3 @@
-"""At rest, in a container, on a support: judged by contacts, forces and positions."""
-
 import numpy as np
 import pytest
 
@@ -38,10 +36,6 @@ def put(cell, entity, x, y, z, name=None, settle=400, **keywords):
     name = cell.add(entity, pose((x, y, TOP + z)), name=name, **keywords)
     cell.step(settle)
     return name
-
-
-def turned(x, y, z, angle):
-    return pose((x, y, TOP + z), (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0))
 
 
 @pytest.fixture
@@ -131,7 +125,8 @@ def test_a_rod_that_topples_slowly_is_not_at_rest(model):
     rod = model('<geom type="box" size=".005 .005 .25" pos="0 0 .25" mass=".1"/>')
     cell, angle = Cell(), np.arctan(0.005 / 0.25) + 2e-3
     height = 0.005 * np.sin(angle) + 1e-5
-    cell.add(rod, turned(0.0, 0.0, height - TOP, angle), name="rod", free=True)
+    T_wo = pose((0.0, 0.0, height), (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0))
+    cell.add(rod, T_wo, name="rod", free=True)
     top = np.array([0.0, 0.0, 0.5])
     cell.step(50)  # its edge comes to rest on the floor
     while cell.pose("rod").rotation[2, 2] > 0.5:
@@ -251,29 +246,14 @@ def test_a_support_carries_at_least_a_quarter_of_the_weight(share, carried):
     assert is_on(cell, "plank", "left") == carried and is_on(cell, "plank", "right")
 
 
-@pytest.mark.parametrize("missing", [None, 0, 1, 2, 3])
-def test_four_walls_surround_a_place_and_three_do_not(missing, model):
-    walls = "".join(
-        f'<geom type="box" size=".003 .06 .04" pos="{0.05 * np.cos(a):.4f} {0.05 * np.sin(a):.4f} '
-        f'0" euler="0 0 {90 * i}"/>'
-        for i, a in enumerate(np.arange(4) * np.pi / 2.0)
-        if i != missing
-    )
-    cell, T = Cell(), pose((0.3, 0.2, 1.0), (0.9, 0.3, -0.2, 0.1))
-    cell.add(model(walls), T, name="walls", free=False)
-    place, axis = T.act(np.array([0.01, -0.02, 0.01]))[np.newaxis], T.rotation[:, 2]
-    assert surrounds(cell, "walls", place, axis) is (missing is None)
-    assert not surrounds(cell, "walls", place, axis, within=0.06)  # in a corner it is 0.077
-    assert surrounds(cell, "walls", place, axis, within=0.08) is (missing is None)
-
-
 def test_a_place_is_surrounded_where_something_is_in_each_of_16_directions(model):
     cell, T = Cell(), pose((0.3, 0.2, 1.0), (0.5, 0.5, 0.5, 0.5))
     cage = model(*posts(np.arange(16) * np.pi / 8, width=0.001, z=0.0))
     cell.add(cage, T, name="cage", free=False)
     place, types = (T.translation[np.newaxis], T.rotation[:, 2]), cell.model.geom_contype
     types[:], cell.model.geom_conaffinity[:] = 1, 0
-    assert surrounds(cell, "cage", *place)
+    assert surrounds(cell, "cage", *place) and surrounds(cell, "cage", *place, within=0.06)
+    assert not surrounds(cell, "cage", *place, within=0.05)  # at 0.055 m
     for post in np.flatnonzero(cell.contacts.geoms("cage")):
         types[post] = 0  # it does not collide
         assert not surrounds(cell, "cage", *place)
@@ -306,12 +286,3 @@ def test_what_a_rim_of_5_mm_surrounds_is_inside(cell, wall, inside):
     cell.add(Tray(size=(0.2, 0.2, 0.01 + wall), wall=0.01), pose((0.0, -0.3, TOP)))
     put(cell, Cube(), 0.03, -0.32, 0.036, "cube")
     assert is_in(cell, "cube", "tray") is inside and is_on(cell, "cube", "tray")
-
-
-def test_at_the_turning_point_of_a_bounce_nothing_is_at_rest(cell):
-    cell.add(Cube(), pose((-0.3, 0.0, TOP + 0.05)), name="cube")
-    steps = []
-    for _ in range(600):
-        cell.step()
-        steps.append(is_on(cell, "cube", "table"))
-    assert steps[-1] and False not in steps[steps.index(True) :]

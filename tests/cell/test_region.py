@@ -1,5 +1,3 @@
-"""A region of poses: bounds of positions and yaw, or squares."""
-
 import numpy as np
 import pytest
 

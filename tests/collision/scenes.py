@@ -1,5 +1,3 @@
-"""A cell with an arm among obstacles."""
-
 from collections.abc import Sequence
 
 import mujoco

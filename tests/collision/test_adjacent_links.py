@@ -1,5 +1,3 @@
-"""Pairs of geoms on adjacent links that never collide."""
-
 from itertools import product
 
 import mujoco

@@ -1,13 +1,8 @@
-"""Collision detection in a scratch copy of the model."""
-
 import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.cell import Cell
 from bt_manip.collision.collision_model import CollisionModel, collidable_pairs, pair_margins
-from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, panda
 from tests.collision.scenes import arm_among_obstacles
 
 
@@ -31,27 +26,6 @@ def test_collidable_pairs_are_those_that_mujoco_finds_contacts_of(rng):
     both_fixed = fixed[:, np.newaxis] & fixed  # not relevant
     assert not (missing & ~both_fixed & ~plane & ~plane[:, np.newaxis]).any()
     assert found.sum() > 100
-
-
-def test_restricted_to_some_pairs_it_finds_contacts_of_these_only(rng):
-    cell = Cell()
-    cell.add(Robot(panda(), gripper=TwoFingerGripper), free=False)
-    model = cell.model
-    scratch = CollisionModel(model, 5.0)  # [m] everything is near
-
-    def touching() -> np.ndarray:
-        scratch.collide()
-        found = np.zeros((model.ngeom,) * 2, dtype=bool)
-        found[scratch.contacts.first, scratch.contacts.second] = True
-        return found | found.T
-
-    everything = touching()
-    one, other = rng.random((2, 3, model.ngeom)) < 0.2
-    wanted = (one[:, :, None] & other[:, None, :]).any(axis=0)
-    wanted |= wanted.T
-    scratch.restrict_to(collidable_pairs(model) & wanted)
-    assert np.array_equal(touching(), everything & wanted)
-    assert 10 < (everything & wanted).sum() < everything.sum()
 
 
 def test_with_more_sets_of_partners_than_bits_no_pair_is_missed():

@@ -1,5 +1,3 @@
-"""The distance of two robots, and motions that are too close where any of their samples is."""
-
 import mujoco
 import numpy as np
 import pytest
@@ -39,34 +37,29 @@ def test_the_distance_of_two_robots_is_that_of_their_nearest_shapes_with_open_gr
     assert compared > 5
 
 
+class Given(InterRobotDistance):
+    """Robots with given distances in their configurations."""
+
+    def __init__(self, distance):
+        self.distance = distance
+
+
 @pytest.mark.parametrize("n", [1, 4, 10, 11, 26, 47])
 def test_of_two_motions_near_each_other_every_sample_counts(n):
-    class Known(InterRobotDistance):
-        def __init__(self):
-            pass
+    def distance(q_first, q_second):
+        assert np.array_equal(q_first, -q_second)
+        return distances[int(q_first[0])]
 
-        def distance(self, q_first, q_second):
-            assert np.array_equal(q_first, -q_second)
-            return distances[int(q_first[0])]
-
-    samples = np.arange(float(n))[:, np.newaxis]
+    samples, given = np.arange(float(n))[:, np.newaxis], Given(distance)
     distances = np.full(n, 0.03)
-    assert not Known().too_close(samples, -samples, 0.03)
+    assert not given.too_close(samples, -samples, 0.03)
     for i in range(n):
         distances[:], distances[i] = 0.03, 0.029
-        assert Known().too_close(samples, -samples, 0.03), i
+        assert given.too_close(samples, -samples, 0.03), i
 
 
 def test_far_robots_are_measured_at_few_samples():
     measured = []
-
-    class Far(InterRobotDistance):
-        def __init__(self):
-            pass
-
-        def distance(self, q_first, q_second):
-            measured.append(int(q_first[0]))
-            return 0.07
-
-    assert not Far().too_close(np.arange(95.0)[:, np.newaxis], np.zeros((95, 1)), 0.03)
+    far = Given(lambda q_first, q_second: measured.append(int(q_first[0])) or 0.07)
+    assert not far.too_close(np.arange(95.0)[:, np.newaxis], np.zeros((95, 1)), 0.03)
     assert np.diff([*measured, 94]).max() <= 10 and len(measured) < 12  # 2.5 m/s at 2 ms: 50 mm

@@ -1,5 +1,3 @@
-"""Bounds of the displacement of an arm's links."""
-
 import mujoco
 import numpy as np
 import pytest
@@ -8,46 +6,29 @@ from bt_manip.collision.motion_bounds import MotionBounds, link_of_body
 from tests.collision.scenes import arm_among_obstacles
 
 
-class Chain:
-    """A cell with a Panda among obstacles, and the bounds of its joints' motions."""
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self.model = arm_among_obstacles(rng)[1].model
-        self.joints = np.array([self.model.joint(f"panda/joint{i}").id for i in range(1, 8)])
-        self.range = self.model.jnt_range[self.joints].T
-        self.data = mujoco.MjData(self.model)
-        self.link = link_of_body(self.model, self.joints)[self.model.geom_bodyid]
-        self.move(0.0)
-        self.bounds = MotionBounds(self.model, self.data, self.joints, self.link)
-
-    def move(self, q: np.ndarray | float) -> None:
-        self.data.qpos[self.model.jnt_qposadr[self.joints]] = q
-        mujoco.mj_kinematics(self.model, self.data)
-
-
-@pytest.fixture
-def chain(rng) -> Chain:
-    return Chain(rng)
-
-
-def test_no_point_of_the_arm_is_displaced_by_more_than_the_bound(chain, rng):
-    model, data, link = chain.model, chain.data, chain.link
+def test_no_point_of_the_arm_is_displaced_by_more_than_the_bound(rng):
+    model = arm_among_obstacles(rng)[1].model
+    joints = np.array([model.joint(f"panda/joint{i}").id for i in range(1, 8)])
+    data, link = mujoco.MjData(model), link_of_body(model, joints)[model.geom_bodyid]
+    mujoco.mj_kinematics(model, data)
+    bounds = MotionBounds(model, data, joints, link)
     geoms = np.flatnonzero(link)
     corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     at_geom = model.geom_aabb[geoms, None, :3] + corners * model.geom_aabb[geoms, None, 3:]
     inside = np.linalg.norm(at_geom, axis=-1) <= model.geom_rbound[geoms, None]
 
     def points(q):
-        chain.move(q)
+        data.qpos[model.jnt_qposadr[joints]] = q
+        mujoco.mj_kinematics(model, data)
         rotation = data.geom_xmat[geoms].reshape(-1, 3, 3)
         return data.geom_xpos[geoms, None] + at_geom @ rotation.transpose(0, 2, 1)
 
     shares = []
     for size in np.geomspace(1e-3, 1.0, 40):
-        q = rng.uniform(*chain.range)
+        q = rng.uniform(*model.jnt_range[joints].T)
         dq = rng.uniform(-size, size, (5, 7))
         before = points(q)
-        limits = chain.bounds.displacement([chain.bounds.frames(data)], dq[np.newaxis])[0]
+        limits = bounds.displacement([bounds.frames(data)], dq[np.newaxis])[0]
         for limit, step in zip(limits, dq, strict=True):
             moved = np.where(inside, np.linalg.norm(points(q + step) - before, axis=-1), 0.0)
             longest = np.array([moved[link[geoms] == k].max(initial=0.0) for k in range(1, 8)])

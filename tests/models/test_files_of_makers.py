@@ -12,15 +12,12 @@ from bt_manip.cell.objects import ModelObject
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
 from bt_manip.robots import read_model
+from tests.support.models import compiled
 
 BODY = """<link name="b"><inertial><mass value="0.1"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0"
  ixz="0" iyz="0"/></inertial>{1}<collision><geometry>{2}</geometry></collision></link>"""
 BOX = '<box size="0.032 0.032 0.023"/>'
 LOST = '<visual><geometry><mesh filename="gone.dae"/></geometry></visual>'
-
-
-def compiled(root) -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
 def write_urdf(path, inertia=1e-5, visual="", shape=BOX, *, head="", more="") -> str:

@@ -1,5 +1,3 @@
-"""Models of MuJoCo Menagerie by address: from a folder, and from a server that may be wrong."""
-
 import dataclasses
 import hashlib
 import io
@@ -22,16 +20,20 @@ from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, find_model
 from bt_manip.robots.model_building import build_model
 from bt_manip_contracts import verify
-from tests.robot_fixtures import some
 
-SIX = (
-    "franka_emika_panda", "franka_fr3", "kuka_iiwa_14", "robotiq_2f85", "ufactory_xarm7",
+OTHERS = (
+    "franka_emika_panda",
+    "franka_fr3",
+    "kuka_iiwa_14",
+    "ufactory_xarm7",
     "universal_robots_ur5e",
-)  # fmt: skip
+)
 PLAIN = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
-@pytest.mark.parametrize("name", some(SIX, "robotiq_2f85"))
+@pytest.mark.parametrize(
+    "name", ["robotiq_2f85", *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)]
+)
 def test_a_model_stands_in_a_cell_and_pinocchio_agrees_with_mujoco(name, menagerie, monkeypatch):
     monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
     found = find_model(f"menagerie:{name}")
@@ -77,14 +79,12 @@ def archive(name: str, file: str, content: bytes = XML) -> bytes:
 
 @pytest.fixture
 def served(tmp_path: Path) -> Path:
-    """Give the folder that the server gives files of."""
     (tmp_path / "served").mkdir()
     return tmp_path / "served"
 
 
 @pytest.fixture
 def server(served: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ThreadingHTTPServer]:
-    """Give a running server."""
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
     handler = partial(SimpleHTTPRequestHandler, directory=str(served))
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:

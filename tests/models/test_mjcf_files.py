@@ -1,5 +1,3 @@
-"""Broken MJCF, and files that no model should name, are one line each, at once."""
-
 import os
 import time
 

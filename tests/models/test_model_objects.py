@@ -1,5 +1,3 @@
-"""Objects made of models: in a cell, in a tree, in a scene, in a state."""
-
 import os
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-"""URDF through MuJoCo's own reader, with nothing rounded and all meshes found."""
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,5 +1,3 @@
-"""The Panda has the published kinematics, limits and inertias."""
-
 from math import pi
 
 import mujoco

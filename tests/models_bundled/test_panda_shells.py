@@ -1,5 +1,3 @@
-"""The shells in the Panda's file are those that the generator writes."""
-
 import mujoco
 import numpy as np
 

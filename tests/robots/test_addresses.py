@@ -1,5 +1,3 @@
-"""Numbers of a robot are read and written where they lie, together or not."""
-
 import numpy as np
 import pytest
 

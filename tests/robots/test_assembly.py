@@ -5,15 +5,14 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.robots import Robot, RobotError, compile_alone
-from tests.robot_fixtures import described
+from bt_manip.robots import Robot, RobotError
+from tests.robot_fixtures import compiled, described
 
 TWO_LINK = Path(__file__).parent / "models" / "two_link.urdf"
 
 
 def test_a_robot_may_be_urdf():
-    robot = Robot(described(TWO_LINK))
-    compile_alone(robot)
+    robot = compiled(described(TWO_LINK))
     assert robot.limits.effort.tolist() == [60.0, 30.0]
     assert robot.limits.upper.tolist() == [2.0, 2.5]
     tool = robot.make_model().pose(np.zeros(2)).translation
@@ -31,6 +30,7 @@ def test_urdf_with_a_missing_mesh_names_file_and_line(tmp_path):
 MOBILE = """
 <mujoco model="mobile">
   <compiler angle="radian" fusestatic="true"/>
+  <option><flag contact="disable"/></option>
   <worldbody>
     <geom name="floor" type="plane" size="1 1 0.1"/>
     <body name="base_link" pos="0 0 0.1">
@@ -58,13 +58,12 @@ MOBILE = """
 """
 
 
-def test_of_a_larger_robot_only_the_joints_of_the_arm_move_and_its_floor_is_left_out(tmp_path):
+def test_of_a_larger_robot_only_the_joints_of_the_arm_move_and_its_world_is_left_out(tmp_path):
     path = tmp_path / "mobile.xml"
     path.write_text(MOBILE)
     lifted = spatial.pose((0.0, 0.0, 0.2))
-    robot = Robot(replace(described(path), effort=(9.0, 9.0), T_rb=lifted))
-    compile_alone(robot)
+    robot = compiled(replace(described(path), effort=(9.0, 9.0), T_rb=lifted))
     model = robot.mj_model
     assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "slave"]
     assert model.body("base_link").pos[2] == pytest.approx(0.3)  # fused with nothing
-    assert model.geom_bodyid.min() > 0
+    assert model.geom_bodyid.min() > 0 and model.opt.disableflags == 0

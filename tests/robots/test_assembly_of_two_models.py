@@ -1,5 +1,3 @@
-"""An arm and a gripper from a file each, put together as a third file says."""
-
 import dataclasses
 from math import asin, cos, sin
 from pathlib import Path
@@ -10,9 +8,10 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, RobotError, compile_alone, read_description
+from bt_manip.robots import Robot, RobotError, read_description
 from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
+from tests.robot_fixtures import compiled
 
 FILE = Path(__file__).parent / "models" / "post.toml"
 CRANK, ROOT = 0.05, 0.02  # [m] of tests/robots/models/pincers.xml
@@ -25,9 +24,7 @@ def description():
 
 @pytest.fixture(scope="module")
 def robot(description):
-    robot = Robot(description, gripper=TwoFingerGripper)
-    compile_alone(robot)
-    return robot
+    return compiled(description, gripper=TwoFingerGripper)
 
 
 def changed(description, **changes):
@@ -51,8 +48,7 @@ def test_tool_and_pedestal_are_where_base_mount_and_tool_put_them(robot):
 
 def test_bodies_of_both_models_and_the_pedestal_may_be_excluded(description):
     pairs = (("column", "left_finger"), ("boom", "pincers/left_finger"), ("pedestal", "boom"))
-    excluding = Robot(dataclasses.replace(description, exclude=pairs), gripper=TwoFingerGripper)
-    compile_alone(excluding)
+    excluding = compiled(dataclasses.replace(description, exclude=pairs), gripper=TwoFingerGripper)
     model = excluding.mj_model
     column, boom, pedestal, finger = (
         model.body(name).id for name in ("column", "boom", "pedestal", "pincers/left_finger")
@@ -121,8 +117,7 @@ def test_a_body_can_be_the_mount_and_a_site_the_tool(description):
     turned = dataclasses.replace(
         turned, tool_frame="end", T_ft=pin.SE3.Identity(), T_rb=pin.SE3.Identity()
     )
-    robot = Robot(turned)
-    compile_alone(robot)
+    robot = compiled(turned)
     assert np.allclose(robot.tool_pose.translation, (0.4, 0.0, 0.5), atol=1e-9)
     palm = robot.mj_data.body("pincers/palm").xpos
     assert np.allclose(palm, (0.4, 0.0, 0.5), atol=1e-9)
@@ -184,12 +179,3 @@ def test_the_motor_of_coupled_fingers_is_found(description, robot):
     (motor,), (described,) = found.actuators, robot.gripper.mechanism.actuators
     assert motor.tendon.name == "both"
     assert motor.forcerange == pytest.approx(described.forcerange)  # read, and measured here
-
-
-def test_the_steepest_place_decides_the_effort(robot):
-    travel = robot.gripper.mechanism.travel
-    drivers = ("left_driver", "right_driver")
-    one, two = dataclasses.replace(travel, motor=None).efforts(10.0, drivers)
-    assert one == pytest.approx(two, rel=1e-2)
-    assert travel.efforts(10.0, drivers) == pytest.approx([one + two])
-    assert one == pytest.approx(1.2 * 10.0 * CRANK, rel=0.02)

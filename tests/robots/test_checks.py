@@ -1,5 +1,3 @@
-"""Checks of arguments: what they accept, and what their messages say."""
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -34,19 +32,10 @@ def test_numbers_just_beyond_their_bounds_are_refused(check, value):
 
 
 @pytest.mark.parametrize("value", ["0.5", True, np.True_, np.array("0.5"), None, [0.5], np.nan, 1j])
-@pytest.mark.parametrize(
-    "check",
-    [
-        checks.check_speed,
-        lambda value: checks.check_number(value, "angle", "rad"),
-        lambda value: checks.check_positive(value, "tolerance", "m"),
-        lambda value: checks.check_non_negative(value, "margin", "rad"),
-        lambda value: checks.check_count(value, "restarts"),
-    ],
-)
+@pytest.mark.parametrize("check", [checks.check_number, checks.check_count])
 def test_text_booleans_and_lists_are_no_numbers(check, value):
     with pytest.raises(MotionError, match="must be .*, got") as raised:
-        check(value)
+        check(value, "steps")
     assert raised.value.reason == "target" and "\n" not in str(raised.value)
 
 
@@ -114,9 +103,5 @@ def test_the_first_joint_outside_its_limits_is_named():
     assert limits.checked(-beyond).tolist() == [-1.0, -0.5, -1.0]
     with pytest.raises(MotionError, match="joint 1 cannot go to 1.0000 rad"):
         limits.checked(one + [2e-6, 0.0, 0.0])
-    for side in (-one, one):
-        assert limits.contain(side) and limits.contain(1.09 * side, 0.1)
-        assert not limits.contain(1.01 * side) and not limits.contain(1.11 * side, 0.1)
-        assert limits.contain(0.89 * side, -0.1) and not limits.contain(0.91 * side, -0.1)
     with pytest.raises(MotionError, match="joint 2 cannot go to 1.5000 rad: its limits are -1.0"):
         limits.checked(np.array([0.0, 1.5, -2.0]))

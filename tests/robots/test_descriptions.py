@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.robots import JointLimits, Payload, RobotError, panda
 
-ONE = np.ones(2)
+ONE, TABLE = np.ones(2), np.ones((2, 2))
 
 
 def limits(**changes):
@@ -28,6 +28,11 @@ def test_joint_limits_are_copied_and_cannot_be_written():
         dict(lower=ONE, upper=-ONE),
         dict(velocity=np.zeros(2)),
         dict(effort=np.ones(3)),
+        dict(effort=np.float64(1.0)),
+        dict(
+            lower=-TABLE,
+            **dict.fromkeys(("upper", "velocity", "acceleration", "jerk", "effort"), TABLE),
+        ),
         dict(jerk=np.full(2, np.nan)),
     ],
 )
@@ -58,10 +63,13 @@ def test_an_impossible_payload_is_refused(wrong):
         (dict(tool_limits=(0.1, 1, 10)), r"'tool_limits' is a table, got \(0.1, 1, 10\)"),
         (dict(gripper={}), "'gripper' is a table, got {}"),
         (dict(velocity=0.5), "'velocity' is a list of numbers, got 0.5"),
-        (dict(velocity=(0.5,) * 6), "'velocity'"),
+        (dict(velocity=(0.5,) * 6), "'velocity' is a list of 7 numbers, got 6"),
+        (dict(velocity=(np.inf,) * 7), "'velocity' is a finite number"),
+        (dict(home=(np.nan,) * 7), "'home' is a finite number"),
+        (dict(jerk=(-1.0,) * 7), "'jerk' is a positive number .rad/s3."),
         (dict(tool_speed="fast"), "'tool_speed' is a number, got 'fast'"),
     ],
 )
-def test_a_value_of_another_type_is_refused_by_its_key(wrong, message):
+def test_an_impossible_value_is_refused_by_its_key(wrong, message):
     with pytest.raises(RobotError, match=f"robot 'panda': key {message}"):
         replace(panda(), **wrong)

@@ -1,5 +1,3 @@
-"""Grasp candidates as text."""
-
 import pytest
 
 from bt_manip.robots import GraspCandidate

@@ -93,13 +93,6 @@ def test_an_arm_on_an_arm_stands_on_the_locked_one(odd, rng):
     assert verify(odd, model, rng=rng, n=20, qpos=qpos).worst < EXACT
 
 
-def test_gravity_that_is_disabled_is_disabled(odd, rng):
-    odd.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-    model = build_model(odd, joints=ARM)
-    assert not model.gravity.linear.any()
-    assert verify(odd, model, rng=rng, n=20).worst < EXACT
-
-
 @pytest.mark.parametrize(
     ("joints", "message"),
     [

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -12,105 +13,55 @@ from bt_manip.cell import BodyNames, Cell, literal_name
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
-from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
+from bt_manip.robots import Robot, RobotDescription, RobotError, read_description
 from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
+from tests.robot_fixtures import compiled
 
-FINGER = """
-<body name="{side}/finger_{i}" pos="0 {y} 0.04">
-  <joint name="{side}/slide_{i}" class="{side}/finger" axis="0 {axis} 0"/>
-  <geom name="{side}/pad_{i}" type="box" size="0.01 0.005 0.02" pos="0 0 0.02" mass="0.05"/>
-</body>
-"""
-ARM = """
-<body name="{side}/base" pos="0 {y} 0">
-  <geom type="mesh" mesh="{side}/block" material="{side}/grey"/>
-  <body name="{side}/link_1" pos="0 0 0.1" childclass="{side}/arm">
-    <joint name="{side}/turn" axis="0 0 1"/>
-    <geom type="cylinder" size="0.03 0.05" mass="1"/>
-    <body name="{side}/link_2" pos="0 0 0.08">
-      <joint name="{side}/lift" axis="0 1 0"/>
-      <geom type="capsule" size="0.02" fromto="0 0 0 0.3 0 0" mass="1"/>
-      <body name="{side}/hand" pos="0.35 0 0">
-        <joint name="{side}/wrist" axis="0 1 0"/>
-        <geom type="box" size="0.02 0.05 0.02" mass="0.3"/>
-        <site name="{side}/tool" pos="0 0 0.07"/>
-        {fingers}
-      </body>
-    </body>
-  </body>
-</body>
-"""
-MODEL = """
-<mujoco model="duo">
-  <compiler angle="radian" autolimits="true"/>
-  <default>
-    {defaults}
-  </default>
-  <asset>{assets}</asset>
-  <worldbody>{arms}</worldbody>
-  <contact>{excludes}</contact>
-  <tendon>{tendons}</tendon>
-  <equality>{equalities}</equality>
-  <actuator>{actuators}</actuator>
-</mujoco>
-"""
-JOINTS = ("turn", "lift", "wrist")
+FILE = Path(__file__).parent / "models" / "five_joints.toml"
+MORE = """
+  <asset>
+    <mesh name="block" vertex=".05 .05 0 .05 -.05 0 -.05 .05 0 -.05 -.05 0 0 0 .1"/>
+    <material name="grey" rgba="0.5 0.5 0.5 1"/>
+  </asset>
+  <worldbody><body name="stand"><geom type="mesh" mesh="block" material="grey"/></body></worldbody>
+  <contact><exclude name="bend" body1="foot" body2="upper_arm"/></contact>
+  <tendon>
+    <fixed name="both">
+      <joint joint="left_slide" coef="0.5"/><joint joint="right_slide" coef="0.5"/>
+    </fixed>
+  </tendon>
+  <equality><joint name="mirror" joint1="left_slide" joint2="right_slide"/></equality>
+  <actuator><motor name="grip" tendon="both" ctrlrange="-80 80"/></actuator>
+</mujoco>"""
 
 
-def half(side: str, y: float) -> dict[str, str]:
-    fingers = "".join(
-        FINGER.format(side=side, i=i, y=0.006 * axis, axis=axis) for i, axis in ((1, 1), (2, -1))
-    )
-    corners = " ".join(
-        f"{x} {y} {z}" for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (0, 0.1)
-    )
-    pair = f'joint1="{side}/slide_1" joint2="{side}/slide_2"'
-    return {
-        "defaults": f"""
-            <default class="{side}/arm">
-              <joint range="-3 3" armature="0.05" damping="0.3"/>
-            </default>
-            <default class="{side}/finger">
-              <joint type="slide" range="0 0.04" armature="0.05" damping="5"/>
-            </default>""",
-        "assets": f"""
-            <mesh name="{side}/block" vertex="{corners}"/>
-            <material name="{side}/grey" rgba="0.5 0.5 0.5 1"/>""",
-        "arms": ARM.format(side=side, y=y, fingers=fingers),
-        "excludes": f"""
-            <exclude name="{side}/foot" body1="{side}/base" body2="{side}/link_1"/>""",
-        "tendons": f"""
-            <fixed name="{side}/both">
-              <joint joint="{side}/slide_1" coef="0.5"/><joint joint="{side}/slide_2" coef="0.5"/>
-            </fixed>""",
-        "equalities": f'<joint name="{side}/mirror" {pair} polycoef="0 1 0 0 0"/>',
-        "actuators": "".join(
-            f'<motor name="{side}/{joint}_motor" joint="{side}/{joint}" ctrlrange="-30 30"/>'
-            for joint in JOINTS
-        )
-        + f'<motor name="{side}/grip" tendon="{side}/both" ctrlrange="-50 50"/>',
-    }
+def two_arms() -> str:
+    """Return the MJCF of two arms, whose names begin with their side."""
+    both = mujoco.MjSpec()
+    arm = FILE.with_suffix(".xml").read_text().replace("</mujoco>", MORE)
+    for side, y in (("left", 0.4), ("right", -0.4)):
+        frame = both.worldbody.add_frame(pos=(0.0, y, 0.0))
+        both.attach(mujoco.MjSpec.from_string(arm), frame=frame, prefix=f"{side}/")
+    both.compile()
+    return both.to_xml()
 
 
 @pytest.fixture(scope="module")
 def description(tmp_path_factory) -> RobotDescription:
-    left, right = half("left", 0.4), half("right", -0.4)
     path = tmp_path_factory.mktemp("duo") / "duo.xml"
-    path.write_text(MODEL.format(**{key: left[key] + right[key] for key in left}))
-    described = RobotDescription(
+    path.write_text(two_arms())
+    arm = read_description(FILE)
+    described = replace(
+        arm,
         name="duo",
         model=str(path),
-        arm_joints=tuple(f"left/{joint}" for joint in JOINTS),
+        arm_joints=tuple(f"left/{joint}" for joint in arm.arm_joints),
         tool_frame="left/tool",
-        home=(0.0, -0.5, 2.0),
-        velocity=(2.0,) * 3,
-        acceleration=(5.0,) * 3,
-        jerk=(200.0,) * 3,
-        exclude=(("left/base", "left/link_2"),),
+        exclude=(("left/foot", "left/turret"),),
         gripper=two_finger_gripper(
-            joints=("left/slide_1", "left/slide_2"),
-            fingers=("left/finger_1", "left/finger_2"),
+            joints=("left/left_slide", "left/right_slide"),
+            fingers=("left/left_finger", "left/right_finger"),
             motor="left/both",
             open_width=0.08,
             max_speed=0.1,
@@ -121,28 +72,28 @@ def description(tmp_path_factory) -> RobotDescription:
 
 
 def test_the_compiled_robot_is_one_arm_of_the_file(description, rng):
-    robot = Robot(description, gripper=TwoFingerGripper)
-    compile_alone(robot)
+    robot = compiled(description, gripper=TwoFingerGripper)
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
     original = mujoco.MjModel.from_xml_path(description.model)
     assert robot.mj_model.nexclude == original.nexclude + 1
     assert robot.mj_model.body_mass.sum() == pytest.approx(original.body_mass.sum())
-    assert robot.limits.effort == pytest.approx(30.0)
+    assert robot.limits.effort.tolist() == [150.0] * 3 + [30.0] * 2
     for model in (robot.mj_model, robot.alone):  # the other arm is locked
         names = [literal_name(model.joint(joint).name) for joint in range(model.njnt)]
-        assert names == [f"left/{name}" for name in (*JOINTS, "slide_1", "slide_2")]
+        fingers = ("left/left_slide", "left/right_slide")
+        assert names == [*description.arm_joints, *fingers]
         assert model.body_weldid[model.body("right\\hand").id] == 0
         assert (model.neq, model.ntendon) == (1, 1)
-    assert robot.mj_model.nu == 4
+    assert robot.mj_model.nu == 6
 
 
 @pytest.mark.parametrize(
     ("key", "names", "message"),
     [
-        ("arm_joints", ("left/turn", "left/lift", "left/wrst"), "joint 'left/wrst'.* 'left/wrist'"),
+        ("arm_joints", ("left/elbw", *"abcd"), "no joint 'left/elbw'; did you mean 'left/elbow'"),
         ("tool_frame", "left/tol", "no site or body 'left/tol'; did you mean 'left/tool'"),
-        ("exclude", (("left/base", "left/had"),), "no body 'left/had'; did you mean 'left/hand'"),
+        ("exclude", (("left/foot", "left/had"),), "no body 'left/had'; did you mean 'left/hand'"),
     ],
 )
 def test_messages_show_the_names_of_the_file(description, key, names, message):
@@ -152,17 +103,15 @@ def test_messages_show_the_names_of_the_file(description, key, names, message):
 
 
 def test_the_base_of_such_a_model_can_be_moved(description):
-    robot = Robot(replace(description, T_rb=spatial.pose((0.0, -0.4, 0.2))))
-    compile_alone(robot)
-    assert np.allclose(robot.mj_model.body("left\\base").pos, (0.0, 0.0, 0.2))
+    robot = compiled(replace(description, T_rb=spatial.pose((0.0, -0.4, 0.2))))
+    assert np.allclose(robot.mj_model.body("left\\foot").pos, (0.0, 0.0, 0.2))
 
 
 def test_it_is_a_gripper_of_its_own_too(description):
     arm = replace(description, gripper=None, tool_frame="right/tool")
     hand = replace(description.gripper, model=description.model, mount="left/hand")
-    robot = Robot(measured(replace(arm, gripper=hand)), gripper=TwoFingerGripper)
-    compile_alone(robot)
-    assert robot.mj_model.njnt == 5 + 10
+    robot = compiled(measured(replace(arm, gripper=hand)), gripper=TwoFingerGripper)
+    assert robot.mj_model.njnt == 7 + 14
 
 
 def test_inverse_kinematics_takes_the_names_of_the_file(description):
@@ -170,11 +119,9 @@ def test_inverse_kinematics_takes_the_names_of_the_file(description):
     cell.add(robot, free=False)
     ik, q0 = InverseKinematics(robot.make_model()), np.array(description.home)
     for name in ("left/hand", "duo/left/hand"):
-        target = PositionTarget(name, (0.3, 0.5, 0.3))
-        assert (
-            ik.solve(IKProblem(targets=[target], joints=["left/turn", "left/lift"]), q0).q[2]
-            == q0[2]
-        )
+        targets = [PositionTarget(name, (0.3, 0.5, 0.3))]
+        problem = IKProblem(targets=targets, joints=["left/base", "left/shoulder", "left/elbow"])
+        assert (ik.solve(problem, q0).q[3:] == q0[3:]).all()
     with pytest.raises(MotionError, match=re.escape("did you mean 'duo/left/hand'")):
         ik.solve(IKProblem(targets=[PositionTarget("duo/left/had", (0.3, 0.5, 0.3))]), q0)
 
@@ -186,6 +133,6 @@ def test_contacts_and_collisions_name_bodies_as_in_the_file(description, parts):
     assert station.gripper.width == pytest.approx(0.04, abs=1e-3)
     names = set(BodyNames(station.cell.model).of_body)
     assert {"duo/left/hand", "duo/right/hand"} <= names
-    folded = station.arm.world.collisions(np.array([0.0, 1.4, 0.0]))
+    folded = station.arm.world.collisions(np.array([0.0, 2.5, 0.0, 0.0, 0.0]))
     assert any(pair.first.startswith("duo/left/") for pair in folded)
     assert not any("\\" in name for name in names)

@@ -7,8 +7,8 @@ import pytest
 
 from bt_manip.cell import Cell
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Payload, Robot, compile_alone, panda
-from tests.robot_fixtures import described
+from bt_manip.robots import Payload, Robot, panda
+from tests.robot_fixtures import compiled, described
 
 
 def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
@@ -24,8 +24,7 @@ def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
 
 
 def test_the_effort_is_what_mujoco_needs_to_make_that_acceleration(rng):
-    robot = Robot(panda(), gripper=TwoFingerGripper)
-    compile_alone(robot)
+    robot = compiled(panda(), gripper=TwoFingerGripper)
     model = robot.make_model()
     q = rng.uniform(model.limits.lower, model.limits.upper)
     v, a = rng.standard_normal(7), rng.standard_normal(7)
@@ -110,8 +109,7 @@ def test_lengths_losses_and_reach_of_an_arm_on_a_rail(tmp_path):
         home=(0.0,) * 3, velocity=(1.0,) * 3, acceleration=(5.0,) * 3, jerk=(100.0,) * 3,
         effort=(50.0, 50.0, 20.0),
     )  # fmt: skip
-    robot = Robot(described_arm)
-    compile_alone(robot)
+    robot = compiled(described_arm)
     model = robot.make_model()
     assert model.units == ("m", "rad", "rad")
     assert model.link_lengths == pytest.approx([0.4, 0.3, 0.2])

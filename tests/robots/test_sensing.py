@@ -1,30 +1,17 @@
-"""The wrist feels weights computed by hand; the tool moves as its kinematics say."""
+from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from dm_control import composer
 
 from bt_manip.cell import Cell
-from bt_manip.robots import Robot, RobotDescription
+from bt_manip.robots import Robot
+from tests.support.arms import TWO_LINKS
+from tests.support.arms import description as description
 
 G = 9.81
-ARM = """
-<mujoco model="pole">
-  <compiler angle="radian"/>
-  <worldbody>
-    <body name="upper" pos="0 0 1">
-      <joint name="shoulder" axis="0 1 0"/>
-      <geom type="capsule" size="0.03" fromto="0 0 0 0.4 0 0" mass="2"/>
-      <body name="lower" pos="0.4 0 0">
-        <joint name="elbow" axis="0 1 0"/>
-        <geom type="capsule" size="0.02" fromto="0 0 0 0.3 0 0" mass="1"/>
-        {hand}
-      </body>
-    </body>
-  </worldbody>
-</mujoco>"""
 MOUNTED = """<body name="hand" pos="0.3 0 0"><geom size="0.01" pos="0.1 0 0" mass="0.5"/>
   <body name="palm"><geom size="0.01" pos="0.1 0 0" mass="0.2"/><site name="tip" pos="0.2 0 0"/>
   </body></body>"""
@@ -32,17 +19,10 @@ BARE = '<site name="tip" pos="0.3 0 0"/>'
 
 
 @pytest.fixture
-def make(tmp_path):
-    def make(hand):
-        path = tmp_path / "arm.xml"
-        path.write_text(ARM.format(hand=hand))
-        robot = Robot(
-            RobotDescription(
-                name="pole", model=str(path), arm_joints=("shoulder", "elbow"), tool_frame="tip",
-                home=(0.0, 0.0), velocity=(3.0, 3.0), acceleration=(20.0, 20.0),
-                jerk=(1000.0, 1000.0), effort=(100.0, 100.0),
-            )
-        )  # fmt: skip
+def make(description):
+    def make(hand=BARE):
+        Path(description.model).write_text(TWO_LINKS.replace(BARE, hand))
+        robot = Robot(replace(description, home=(0.0, 0.0)))
         cell = Cell()
         cell.add(robot)
         return cell, robot
@@ -60,7 +40,7 @@ def at_rest(cell, robot):
 
 def test_the_wrist_bears_what_is_mounted_on_it(make):
     cell, robot = make(MOUNTED)
-    assert cell.model.body(robot.wrist_body_id).name == "pole/hand"
+    assert cell.model.body(robot.wrist_body_id).name == "two_links/hand"
     at_rest(cell, robot)
     force, torque = robot.wrist_wrench(pin.SE3.Identity())
     np.testing.assert_allclose(force, (0, 0, 0.7 * G), atol=1e-9)
@@ -77,15 +57,15 @@ def test_the_wrist_feels_what_pulls_from_outside_along_its_frame(make):
     robot.set_configuration(np.array([0.0, np.pi / 2]))  # the tool hangs down
     at_rest(cell, robot)
     np.testing.assert_allclose(robot.wrist_wrench().force, (-0.7 * G, 0, 0), atol=1e-9)
-    cell.data.xfrc_applied[cell.body_id("pole/palm"), :3] = (0, 3.0, 0)
+    cell.data.xfrc_applied[cell.body_id("two_links/palm"), :3] = (0, 3.0, 0)
     mujoco.mj_forward(cell.model, cell.data)
     # The arm holds against it.
     assert robot.wrist_wrench().force[1] == pytest.approx(-3.0, abs=1e-9)
 
 
 def test_without_a_hand_the_wrist_is_the_last_link(make):
-    cell, robot = make(BARE)
-    assert cell.model.body(robot.wrist_body_id).name == "pole/lower"
+    cell, robot = make()
+    assert cell.model.body(robot.wrist_body_id).name == "two_links/lower"
     at_rest(cell, robot)
     assert robot.wrist_wrench().force[2] == pytest.approx(1.0 * G, abs=1e-9)
 
@@ -107,13 +87,3 @@ def test_asking_changes_no_bit(make):
         robot.wrist_wrench()
         _ = robot.tool_velocity
     assert cell.state_bytes() == other.state_bytes()
-
-
-def test_all_of_it_are_composers_observables(make):
-    cell, robot = make(MOUNTED)
-    wanted = ("tool_velocity", "wrist_force", "wrist_torque", "joint_torques")
-    for name in wanted:
-        getattr(robot.observables, name).enabled = True
-    observation = composer.Environment(composer.NullTask(cell.arena)).reset().observation
-    assert {f"pole/{name}" for name in wanted} <= observation.keys()
-    assert observation["pole/wrist_force"].shape[-1] == 3

@@ -1,5 +1,3 @@
-"""Objects that a scene expects, and the sources of their poses."""
-
 import os
 
 import numpy as np
@@ -34,10 +32,8 @@ RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.F
 
 
 @pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE)
-    return str(path)
+def scene(write):
+    return str(write(SCENE))
 
 
 class Late(PoseSource):
@@ -117,13 +113,11 @@ def test_an_operator_confirms_after_the_question(parts, scene, capsys, monkeypat
             operator.pose(expected[1], place)
 
 
-def test_a_source_needs_a_name_and_expected_objects_with_positions(parts, scene, tmp_path):
+def test_a_source_needs_a_name_and_expected_objects_with_positions(parts, scene, write):
     with pytest.raises(BtManipError, match="unknown pose source 'scen'; did you mean 'scene'"):
         build_station(parts, scene=scene, poses="scen")
     with pytest.raises(BtManipError, match="needs a scene that expects objects"):
         build_station(parts, poses="scene")
-    path = tmp_path / "region.toml"
     region = "region = {x = [0.1, 0.2], y = [0.1, 0.2]}"
-    path.write_text(SCENE.replace("position = [0.3, 0.1]", region))
     with pytest.raises(SceneError, match="region' and 'expected' exclude each other"):
-        read_scene(path)
+        read_scene(write(SCENE.replace("position = [0.3, 0.1]", region)))

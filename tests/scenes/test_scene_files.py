@@ -1,8 +1,5 @@
-"""A scene from a file is what the file says, or all that is wrong is said at once."""
-
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +8,6 @@ from bt_manip import build_station
 from bt_manip.cell import CellError
 from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
-from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.scenes import Fixture, Scene, SceneObject, table_and_basket, two_arms
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
@@ -20,16 +15,6 @@ from bt_manip.toml import line_numbers, line_of
 
 ROBOT = "[[robots]]\nposition = [-0.1, 0.0, 1.015]\n"
 TABLE = ROBOT + '[[objects]]\nmodel = "table"\n'
-
-
-@pytest.fixture
-def write(tmp_path):
-    def write(text: str) -> Path:
-        path = tmp_path / "scene.toml"
-        path.write_text(text)
-        return path
-
-    return write
 
 
 def test_a_file_says_what_stands_where(write, parts):
@@ -88,32 +73,6 @@ def test_a_file_says_what_stands_where(write, parts):
         cell.pose("eye").rotation @ (0, 0, -1), (-(0.5**0.5), 0, -(0.5**0.5)), atol=1e-12
     )
     assert cell.find("eye").width == 64
-
-
-def test_several_robots_stand_where_the_file_says_each_with_its_own_gains(write, parts):
-    text = """
-        [[robots]]
-        name = "left"
-        position = [-0.5, 0.0, 0.0]
-        [[robots]]
-        name = "right"
-        position = [0.5, 0.0, 0.0]
-        rpy = [0.0, 0.0, 3.141592653589793]
-        controller = "gravity_compensated_pd"
-        [randomization.robots.right]
-        gain = { uniform = [0.9, 0.95] }
-        """
-    station = build_station(parts, scene=read_scene(write(text), parts))
-    kinds = {name: robot.controller.kind for name, robot in station.robots.items()}
-    assert kinds == {"left": "computed_torque", "right": "gravity_compensated_pd"}
-    station.randomizer.begin(0)
-    station.cell.step()
-    left, right = station.robots.values()
-    np.testing.assert_array_equal(left.robot.tau, left.controller.tau)
-    share = right.robot.tau / right.controller.tau
-    assert ((0.9 <= share) & (share <= 0.95)).all()
-    np.testing.assert_allclose(left.robot.tool_pose.translation[0],
-                               -right.robot.tool_pose.translation[0], atol=1e-4)  # fmt: skip
 
 
 def test_models_and_robots_are_found_beside_the_file(write, parts, tmp_path):
@@ -234,16 +193,10 @@ def test_what_is_wrong_is_said_with_file_line_and_key(write, parts, text, messag
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (TABLE + '[[objects]]\nmodel = "cube"\nposition = [0, 0, 1]\n', "'cube' .* inside 'table'"),
         (
             TABLE + '[[objects]]\nmodel = "cube"\nposition = [0.5, 0, 2]\n'
             '[[objects]]\nmodel = "can"\non = "cube"\nposition = [0.5, 0]\n',
             "'can' cannot be put there: 'cube' has no surface",
-        ),
-        (
-            TABLE + '[[objects]]\nmodel = "bin"\non = "table"\n'
-            "region = { x = [-0.1, -0.1], y = [0, 0] }\n",
-            "'bin' cannot be placed: no free pose",
         ),
         (
             TABLE + '[[objects]]\nmodel = "cube"\non = "table"\n'
@@ -277,17 +230,6 @@ def test_more_tables_than_a_scene_can_have_are_one_error(write, parts, kind, cou
     )
 
 
-def test_all_that_is_wrong_is_said_at_once(write, parts):
-    text = (
-        "seed = 'x'\n[[robots]]\nrobot = 'pand'\nposition = [0]\n"
-        "[[objects]]\nmodel = 'tabel'\n[[objects]]\nmodel = 'cube'\nmass = -1\nfree = 2\n"
-    )
-    with pytest.raises(SceneError) as raised:
-        read_scene(write(text), parts)
-    lines = [int(re.search(r"toml:(\d+):", problem)[1]) for problem in raised.value.problems]
-    assert sorted(lines) == [1, 3, 4, 6, 9, 10]
-
-
 def test_without_registered_parts_their_names_are_not_checked(write):
     text = (
         ROBOT + 'robot = "a"\ncontroller = "b"\nplanner = "c"\n[[objects]]\nmodel = "d"\nsize = 9\n'
@@ -296,11 +238,6 @@ def test_without_registered_parts_their_names_are_not_checked(write):
     (robot,), (thing,) = scene.robots, scene.objects
     assert (robot.description, robot.controller, robot.planner, thing.model) == ("a", "b", "c", "d")
     assert thing.parameters == {"size": 9}
-
-
-def test_a_missing_file_is_one_error(tmp_path, parts):
-    with pytest.raises(SceneError, match="no scene .*none.toml: No such file"):
-        read_scene(tmp_path / "none.toml", parts)
 
 
 def test_lines_are_found_of_tables_arrays_dotted_and_quoted_keys():
@@ -329,27 +266,3 @@ m = 2
     inline = 'objects = [\n    { model = "table" },\n    { model = "cube" },\n]\nseed = 3\n'
     lines = line_numbers(inline)
     assert (lines["objects", 1], lines["objects", 2], lines["seed",]) == (2, 3, 5)
-
-
-def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts, tmp_path):
-    tree = tmp_path / "tree.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><SpawnObject model="cube" '
-        'on="table" object="{object}"/><WaitUntilAtRest object="{object}"/></Sequence>'
-        "</BehaviorTree></root>"
-    )
-    digests, told = [], []
-    for _ in range(2):
-        recorder = Recorder("", 1)
-        request = RunRequest(find_tree(str(tree), {}), scene="varied_pick", seed=1, cycles=2)
-        prepare(request, parts).execute([recorder])
-        report = recorder.report()
-        assert report.status == "SUCCESS", [cycle.reason for cycle in report.cycles]
-        digests.append(report.state_digest)
-        told.append([cycle.randomized for cycle in report.cycles])
-    assert digests[0] == digests[1]
-    assert told[0] == told[1]
-    first, second = told[0]
-    assert first["objects"].keys() == {"cube", "basket"}
-    assert first["objects"]["cube"].keys() == {"mass", "friction", "size", "colour"}
-    assert first["objects"]["cube"]["mass"] != second["objects"]["cube"]["mass"]

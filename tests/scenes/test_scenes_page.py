@@ -1,5 +1,3 @@
-"""The page about scenes shows a valid file and lists every quantity and variation."""
-
 import re
 from pathlib import Path
 

@@ -3,13 +3,20 @@
 import os
 from pathlib import Path
 
+import mujoco
 import pytest
+from dm_control import mjcf
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 """Folder beside the checkout."""
 
 ROBOTS = Path(__file__).with_name("robots")
 """Models and descriptions of arms that tests of several packages use."""
+
+
+def compiled(root: mjcf.RootElement) -> mujoco.MjModel:
+    """Return what MuJoCo makes of a model of PyMJCF."""
+    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
 def models_of_others(variable: str, folder: str) -> Path:

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from bt_manip.exceptions import did_you_mean
+from bt_manip.spatial import as_numbers
 
 from ..exceptions import CellError
 from ..naming import entity_of
@@ -144,17 +145,12 @@ def _find(model: mujoco.MjModel, element: str) -> tuple[str, np.ndarray]:
 
 def _checked(element: str, name: str, known: ModelProperty, nominal: Any, value: Any) -> Any:
     """Check a value and return it as plain data."""
-    wrong = CellError(f"the {name} of '{element}' is {known.what}, got {value!r}")
-    try:
-        numbers = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise wrong from None
+    numbers = as_numbers(value)
     if name == "colour" and numbers.shape == (3,) and np.shape(nominal) == (4,):
         numbers = np.append(numbers, 1.0)
     if name == "gain" and numbers.ndim == 0:
         numbers = np.full(np.shape(nominal), numbers)
-    if numbers.shape != np.shape(nominal) or not np.isfinite(numbers).all():
-        raise wrong
-    if not known.allowed(numbers):
-        raise wrong
+    finite = numbers.shape == np.shape(nominal) and np.isfinite(numbers).all()
+    if not finite or not known.allowed(numbers):
+        raise CellError(f"the {name} of '{element}' is {known.what}, got {value!r}")
     return numbers.tolist()

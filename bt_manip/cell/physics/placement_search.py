@@ -35,8 +35,7 @@ class PlacementSearch:
         self._body_names = BodyNames(model)
         self._body = int(model.body(f"{name}/").id)
         self._free = free
-        self._q = np.arange(0)
-        self._v = np.arange(0)
+        self._q = self._v = np.arange(0)
         if free:
             joint = model.joint(f"{name}/")
             self._q = np.arange(7) + joint.qposadr[0]

@@ -10,6 +10,7 @@ from dm_control.composer import variation
 from dm_control.composer.variation import distributions, noises
 
 from bt_manip.exceptions import did_you_mean, shown
+from bt_manip.spatial import as_numbers
 
 from ..exceptions import CellError
 
@@ -175,11 +176,8 @@ def _mean_and_width(key: str, arguments: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _numbers(data: Any, what: str) -> np.ndarray:
-    try:
-        numbers = np.array(data, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.array(np.nan)
-    if isinstance(data, bool | str) or not np.isfinite(numbers).all():
+    numbers = as_numbers(data)
+    if not np.isfinite(numbers).all():
         raise CellError(f"{what} is a number or a list of numbers, got {data!r}")
     return numbers
 

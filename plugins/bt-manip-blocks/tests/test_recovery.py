@@ -1,5 +1,3 @@
-"""The trees look at the end, and go on from the blocks as they are."""
-
 import pytest
 
 from bt_manip.bt import NodeStatus

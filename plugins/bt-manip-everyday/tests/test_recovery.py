@@ -1,5 +1,3 @@
-"""The trees look at the end, and clear the table after a failure."""
-
 from functools import cache
 
 import pytest

@@ -1,5 +1,3 @@
-"""Sentences are read, drawn, refused and judged."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""The simulated Franka."""
-
 import os
 from pathlib import Path
 

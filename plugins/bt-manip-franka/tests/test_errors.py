@@ -1,5 +1,3 @@
-"""libfranka's states as reasons, and addresses."""
-
 from types import SimpleNamespace
 
 import pytest

@@ -1,5 +1,3 @@
-"""A running Fuel server, and its cache."""
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,7 +24,6 @@ def server(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[FuelServ
 
 @pytest.fixture
 def other_server() -> Iterator[FuelServer]:
-    """Give a second server, at another address."""
     running = FuelServer()
     yield running
     running.stop()
@@ -34,5 +31,4 @@ def other_server() -> Iterator[FuelServer]:
 
 @pytest.fixture
 def cache(server: FuelServer) -> FuelCache:
-    """Give the cache in which models of the server are kept."""
     return FuelCache()

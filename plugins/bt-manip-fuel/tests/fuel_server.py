@@ -23,8 +23,6 @@ CONFIG = """<?xml version="1.0"?>
 
 @dataclass
 class Answer:
-    """What the server says to one address."""
-
     body: bytes = b""
     status: int = 200
     kind: str = "application/zip"
@@ -75,11 +73,9 @@ class FuelServer:
         self.answers[f"{base}/{version}/{name}.zip"] = answer
 
     def says(self, answer: Answer | Callable[[], Answer], name: str = "thing") -> None:
-        """Answer so when the model ``someone/thing`` is asked for."""
         self.answers[f"/1.0/someone/models/{name}/tip/{name}.zip"] = answer
 
     def stop(self) -> None:
-        """Be gone."""
         self.http.shutdown()
         self.http.server_close()
         self._thread.join()
@@ -101,7 +97,6 @@ def zip_of(files: Mapping[str, str | bytes]) -> bytes:
 
 
 def model_zip(sdf: str, name: str = "thing", **files: str | bytes) -> bytes:
-    """Make the zip of a model as Fuel has it."""
     return zip_of({"model.config": CONFIG.format(name=name), "model.sdf": sdf, **files})
 
 

@@ -1,5 +1,3 @@
-"""``bt-manip models``, and a run, against a server of our own."""
-
 import json
 from pathlib import Path
 
@@ -40,8 +38,6 @@ def test_a_model_that_is_nowhere_is_one_message_and_exit_code_2(bt_manip, server
     code, out, err = bt_manip("models", "fetch", "fuel:someone/nothing")
     assert (code, out) == (2, "")
     assert "no such model" in err and "Traceback" not in err
-    err = bt_manip("models", "clear", "bundled:cube").err
-    assert "only models of fuel: and menagerie: are downloaded" in err
 
 
 def test_the_reference_task_is_one_command(bt_manip, server, tmp_path):

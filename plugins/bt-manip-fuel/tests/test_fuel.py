@@ -63,7 +63,7 @@ def test_a_model_is_fetched_by_version_and_the_highest_here_is_the_newest(server
     for version in (2, 10):
         address, folder = find_model(thing.at(version))
         assert (address.version, folder.name) == (version, str(version))
-    assert cache.versions(thing) == [2, 10]
+    assert [address.version for address in cache.models()] == [2, 10]
     asked = len(server.requests)
     assert find_model(thing)[0].version == 10
     assert len(server.requests) == asked

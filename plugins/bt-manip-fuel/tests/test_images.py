@@ -1,5 +1,3 @@
-"""Images on meshes of SDF models."""
-
 import mujoco
 import pytest
 

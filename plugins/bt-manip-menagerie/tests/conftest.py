@@ -1,5 +1,3 @@
-"""Where the models are, and one compiled station for each robot."""
-
 from functools import cache
 
 import pytest

@@ -1,5 +1,3 @@
-"""Each robot is the one that is simulated, and its gripper holds what it grips."""
-
 import mujoco
 import numpy as np
 import pinocchio as pin
@@ -22,13 +20,6 @@ def fingers_gap(station) -> float:
 def tool_to_cube(station) -> pin.SE3:
     mujoco.mj_forward(station.cell.model, station.cell.data)
     return station.robot.tool_pose.actInv(station.cell.pose("cube"))
-
-
-def test_the_arm_is_driven_by_motors_alone(station):
-    robot, model = station.robot, station.cell.model
-    assert model.nu == len(robot.ctrl_adr) + len(robot.gripper.mechanism.ctrl_adr)
-    assert (model.actuator_gainprm[:, 0] == 1.0).all()
-    assert (model.actuator_biasprm == 0.0).all()
 
 
 def test_home_is_well_inside_the_limits(station):

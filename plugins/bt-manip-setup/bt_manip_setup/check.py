@@ -129,10 +129,14 @@ def _unknown_names(description: RobotDescription) -> Iterator[str]:
     """Yield an error for each missing model, and for each name that the models lack."""
     where, gripper = description.where, description.gripper
     models = [description.model, gripper.model if gripper else None]
-    try:
-        roots = [read_model(model, where)[0] for model in models if model is not None]
-    except BtManipError as error:
-        yield str(error)
+    roots, errors = [], []
+    for model in filter(None, models):
+        try:
+            roots.append(read_model(model, where)[0])
+        except BtManipError as error:
+            errors.append(str(error))
+    if errors:
+        yield from errors
         return
     arm, both, hand = roots[:1], roots, roots[-1:]
     excluded = [name for pair in description.exclude for name in pair if name != "pedestal"]

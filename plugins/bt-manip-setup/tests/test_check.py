@@ -117,6 +117,12 @@ def test_a_mount_that_the_arm_lacks_is_found_with_the_nearest_name(parts, tmp_pa
     assert "key 'gripper.mount': there is no site or body 'ned'; did you mean 'end'?" in finding
 
 
+def test_all_missing_models_are_found_at_once(parts, tmp_path):
+    shutil.copy(Path(__file__).parent / "models" / "post.toml", tmp_path)
+    findings = check_description(tmp_path / "post.toml", parts, 0).findings
+    assert [Path(finding.split()[-1]).name for finding in findings] == ["post.xml", "pincers.xml"]
+
+
 def test_self_collision_at_home_names_both_bodies(checked, monkeypatch):
     monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
     result = checked(("-0.7854, 0.0, -2.3562, 0.0, 1.5708", "1.7, 0.0, -3.0, 0.0, 0.1"))

@@ -1,5 +1,3 @@
-"""A simulated arm in a process of its own."""
-
 import os
 import sys
 
@@ -12,7 +10,6 @@ from widowx import start_widowx  # noqa: E402
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
-    """An arm alone, which is left ready."""
     pytest.importorskip("trossen_arm")
     robot = start_widowx(tmp_path_factory.mktemp("robot") / "log")
     yield robot

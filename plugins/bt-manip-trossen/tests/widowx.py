@@ -1,5 +1,3 @@
-"""The simulated WidowX AI."""
-
 from pathlib import Path
 
 from tests.support.simulated_robot import SimulatedRobot

@@ -1,5 +1,3 @@
-"""Contacts are classified: expected or not, held, and free of everything else."""
-
 from dm_control import composer, mjcf
 
 from bt_manip.cell import BodyNames, Cell, Cube, MonitoredEntity

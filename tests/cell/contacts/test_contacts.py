@@ -1,5 +1,3 @@
-"""Contacts, their forces and events, against weights and the forces that MuJoCo applies."""
-
 import mujoco
 import numpy as np
 import pytest
@@ -39,15 +37,6 @@ def test_friction_holds_a_cube_on_a_slope_inside_its_cone():
     assert force.friction == pytest.approx(G * np.sin(angle), rel=1e-3)
     np.testing.assert_allclose(force.force, (-G * np.sin(angle), 0, force.normal), atol=1e-3)
     assert np.linalg.norm(cell.velocity("cube")) < 1e-3
-
-
-def test_nothing_touches_in_the_air():
-    cell = Cell()
-    cell.add(Cube(), pose((0, 0, 3)))
-    cell.step(3)
-    assert cell.contacts.pairs() == []
-    assert not cell.contacts.touching("cube")
-    np.testing.assert_array_equal(cell.contacts.wrench("cube").force, 0)
 
 
 def test_an_unknown_body_offers_the_nearest(cell):
@@ -108,7 +97,6 @@ def test_the_torque_of_an_entity_is_about_the_origin_of_its_root():
 
 @pytest.fixture
 def dropped():
-    """Give a cube 20 mm over the floor."""
     cell = Cell()
     cell.add(Cube(), pose((0, 0, 0.045)))
     return cell

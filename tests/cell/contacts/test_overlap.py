@@ -1,5 +1,3 @@
-"""The deepest overlap of an entity, by distances of spheres."""
-
 import mujoco
 import pytest
 

@@ -1,5 +1,3 @@
-"""Masses and inertias that no body of such a shape has are found, those of bodies are kept."""
-
 from itertools import product
 
 import mujoco
@@ -8,6 +6,7 @@ import pytest
 from dm_control import mjcf
 
 from bt_manip.cell.objects import correct_inertias, invented_masses
+from tests.support.models import compiled
 
 BODIES = """<mujoco><compiler angle="radian"/>
 <asset><mesh name="tip" vertex="0 0 0 .1 0 0 0 .2 0 0 0 .3"/></asset>
@@ -23,12 +22,7 @@ MASS = 0.7  # [kg]
 SOLID = BODIES.format(inertial="").replace("contype", 'density="0" contype')  # what collides
 
 
-def compiled(root):
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
-
-
 def corrected(text):
-    """Give the body after the correction, and the warnings."""
     root = mjcf.from_xml_string(text)
     warnings = list(correct_inertias(root, compiled(root)))
     return compiled(root).body("it"), warnings

@@ -140,15 +140,6 @@ def test_what_is_edited_by_hand_is_in_the_next_compile(edit):
     assert_is_pymjcfs(cell)
 
 
-def test_an_entity_that_was_edited_while_it_was_out_comes_back_edited():
-    cell, thing = Cell(), nested()
-    for mass in (0.2, 0.4, 0.6):
-        thing.mjcf_model.find("geom", "tip").mass = mass
-        cell.add(thing)
-        assert_is_pymjcfs(cell)
-        cell.remove("nested")
-
-
 def test_only_what_is_new_is_written(monkeypatch):
     cell = Cell()
     cell.add(nested())

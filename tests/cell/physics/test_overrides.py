@@ -1,8 +1,5 @@
-"""What is altered differs from its model, in the physics and nowhere else, and stays so."""
-
 import json
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,6 +8,7 @@ from dm_control import composer, mjcf
 from bt_manip.cell import Camera, Cell, CellError, Cube, OverlapError, Table, looking_at
 from bt_manip.cell.objects import Bottle, Wall
 from bt_manip.spatial import pose
+from tests.cell.conftest import content
 
 G = 9.81
 
@@ -22,13 +20,6 @@ def cell():
         cell.add(Cube(mass=0.1, friction=1.0), pose((0.0, 0.0, 0.025)))
         cell.add(Bottle(), pose((0.5, 0.0, 0.0)))
     return cell
-
-
-def whole(model) -> bytes:
-    """Give all bits of a compiled model."""
-    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return buffer.tobytes()
 
 
 def mass(cell, name) -> float:
@@ -108,12 +99,12 @@ def test_dry_friction_holds_a_load_below_it_nearly_without_slip():
 
 
 def test_of_factors_and_rotations_the_nominal_value_changes_nothing(cell):
-    before = whole(cell.model)
+    before = content(cell.model)
     for name, key in (("light:key", "brightness"), ("camera:overview", "rotation")):
         nominal = cell.nominal(name, key)
         assert np.unique(nominal).tolist() == [float(key == "brightness")]
         cell.override(name, **{key: nominal})
-    assert whole(cell.model) == before
+    assert content(cell.model) == before
 
 
 def test_lights_and_cameras_are_altered_by_name(cell):
@@ -143,15 +134,15 @@ def test_colours_take_the_place_of_materials(cell):
 
 def test_overrides_change_neither_the_state_nor_what_can_be_known_of_the_things(cell):
     cell.step(10)
-    before, state = whole(cell.model), cell.state_bytes()
+    before, state = content(cell.model), cell.state_bytes()
     cell.override("cube", mass=0.3, friction=0.2)
     cell.override("light:key", brightness=0.1)
     assert cell.state_bytes() == state
-    assert whole(cell.nominal_model) == before
-    assert whole(cell.model) != before
+    assert content(cell.nominal_model) == before
+    assert content(cell.model) != before
     cell.override("cube", mass=None, friction=None)
     cell.override("light:key", brightness=None)
-    assert whole(cell.model) == before
+    assert content(cell.model) == before
     assert cell.overrides == {}
 
 
@@ -223,11 +214,11 @@ IMPOSSIBLE = [
 
 
 def test_what_cannot_be_altered_is_one_error_and_alters_nothing(cell):
-    before = whole(cell.model)
+    before = content(cell.model)
     for thing, values, message in IMPOSSIBLE:
         with pytest.raises(CellError, match=message):
             cell.override(thing, **values)
-        assert whole(cell.model) == before
+        assert content(cell.model) == before
         assert cell.overrides == {}
 
 

@@ -9,15 +9,9 @@ from bt_manip.cell import Cell, CellError, OverlapError, Region, objects
 from bt_manip.cell.physics.state import carry_state
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
+from tests.cell.conftest import content
 
 BESIDE = spatial.pose((0.4, 0.3, 0.03))
-
-
-def content(model: mujoco.MjModel) -> bytes:
-    """Return all that is compiled, as bytes."""
-    buffer = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return buffer.tobytes()
 
 
 def make_cell(kept: int = 2, robot: bool = False) -> Cell:

@@ -72,18 +72,6 @@ def test_the_same_seed_and_cycle_give_the_same_bits_in_any_order(parts):
     assert Varied(parts, 8, **lines).begin(0) != first[0]
 
 
-def test_nothing_is_drawn_from_the_global_randomness(unvaried):
-    def drawn(seed: int) -> dict:
-        np.random.seed(seed)
-        before = np.random.get_state()[1].tobytes()
-        randomizer = unvaried.randomize(objects={"cube": MASS})
-        randomizer.begin(0)
-        assert np.random.get_state()[1].tobytes() == before
-        return randomizer.sampled
-
-    assert drawn(1) == drawn(2)
-
-
 def test_a_line_more_leaves_all_other_draws_as_they_were(parts):
     alone = Varied(parts, objects={"cube": MASS}).begin(0)
     more = Varied(

@@ -82,14 +82,19 @@ class Device(ArmDevice):
 
 
 class Parent:
-    """The end of the pipe: sends one motion, and ends when the arm rests after it or refuses it."""
+    """The end of the pipe: sends one motion, and ends when the arm rests after it or refuses it.
 
-    def __init__(self, device, setpoints):
+    `later` are more messages, by the number of the poll that finds them.
+    """
+
+    def __init__(self, device, setpoints, later=()):
         self.device, self.messages, self.answers = device, [("setpoints", FIRST, setpoints)], []
-        self.polls, self.ends_when_refused = 0, True
+        self.polls, self.ends_when_refused, self.later = 0, True, dict(later)
 
     def poll(self):
         self.polls += 1
+        if self.polls in self.later:
+            self.messages.append(self.later[self.polls])
         refused = self.ends_when_refused and self.answers and self.answers[0][0]
         if self.device.finished or refused or self.polls > 5000:
             raise EOFError
@@ -109,7 +114,6 @@ def model(compiled_robot):
 
 @pytest.fixture(scope="module")
 def motion(model):
-    """Setpoints of a motion of half a second, as long as what is sent ahead to an arm."""
     goal = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
     planned = time_parameterize_segment(goal - 0.12, goal + 0.12, model)
     return planned.sample(sample_times(planned.duration, STEP))[0]
@@ -295,15 +299,8 @@ def test_setpoints_replace_those_of_a_motion_from_their_number_on(
     begin = max(first - FIRST, 0)
     rest = motion[np.minimum(np.arange(begin, begin + 600), len(motion) - 1)]
     new = rest + np.pad(rise, ((0, 200), (0, 0)), mode="edge") + 0.01 * (answer[0] == "limits")
-    device, parent = Device(motion[0]), Parent(Device(motion[0]), motion)
-    parent.device, poll = device, parent.poll
-
-    def poll_with_the_new_ones():
-        if parent.polls + 1 == sent:
-            parent.messages.append(("setpoints", first, new))
-        return poll()
-
-    parent.poll = poll_with_the_new_ones
+    device = Device(motion[0])
+    parent = Parent(device, motion, {sent: ("setpoints", first, new)})
     shared = work(device, parent, model.limits)
     assert parent.answers == [("", ""), answer] and not shared.problem
     expected = np.concatenate([np.repeat(motion[:1], FIRST, axis=0), motion])
@@ -317,8 +314,9 @@ def test_setpoints_replace_those_of_a_motion_from_their_number_on(
 
 @pytest.mark.parametrize(("pause", "steps"), [(0.3, 300), (5.0, 1000), (-0.2, 1), (0.0004, 1)])
 def test_the_time_that_passes_at_rest_counts_up_to_a_second(model, motion, pause, steps):
-    device, parent = Device(motion[0]), Parent(Device(motion[0]), motion)
-    parent.messages, parent.device, read = [], device, device.read
+    device = Device(motion[0])
+    parent, read = Parent(device, motion), device.read
+    parent.messages = []
 
     def read_after_a_pause():
         device.time += pause - STEP if parent.polls == 10 else 0.0
@@ -332,16 +330,9 @@ def test_the_time_that_passes_at_rest_counts_up_to_a_second(model, motion, pause
 def test_an_arm_that_could_not_start_moves_again_once_it_has_recovered(model, motion):
     device = Device(motion[0], raised={"start": (0, OSError("busy"))})
     device.recover = device.raised.clear
-    parent = Parent(device, motion)
+    later = {50: ("recover",), 100: ("setpoints", FIRST + 200, motion)}
+    parent = Parent(device, motion, later)
     parent.ends_when_refused = False
-    poll, later = parent.poll, iter([("recover",), ("setpoints", FIRST + 200, motion)])
-
-    def poll_with_messages_later():
-        if parent.polls in (50, 100):
-            parent.messages.append(next(later))
-        return poll()
-
-    parent.poll = poll_with_messages_later
     work(device, parent, model.limits)
     assert [problem for problem, _ in parent.answers] == ["problem", ""]
     assert device.finished == 1

@@ -17,15 +17,15 @@ import pytest
 from dm_control.composer.variation.distributions import Uniform
 
 from bt_manip import build_station, load_plugins
-from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, WaitUntilUndisturbed
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.behaviours import MoveToConfiguration, Recover, WaitUntilUndisturbed
+from bt_manip.bt import NodeStatus
 from bt_manip.cell.randomization import Randomization
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.session import Session
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
-from bt_manip.robots import DeviceError, panda
+from bt_manip.robots import panda
 from bt_manip.robots.connection_worker import serve_arm
 from bt_manip.scenes import table_and_basket
 from bt_manip_contracts import (
@@ -230,12 +230,6 @@ def test_the_contract_of_grippers_finds_one_that_claims_too_much(parts):
         holds_an_object(FakeGripper(""), 0.08, 0.03)
 
 
-def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station):
-    tree = Tree(SwitchController(controller="cartesian_impedance"))
-    with pytest.raises(Exception, match="no controller is called 'cartesian_impedance'"):
-        tree.setup(**station.infrastructure)
-
-
 @pytest.mark.parametrize(
     ("request_fields", "message"),
     [
@@ -384,19 +378,3 @@ def test_a_run_whose_arm_process_is_killed_ends_at_once_and_names_it(bt_manip, c
     assert time.monotonic() - killed[0] < 5.0
     assert done.code != 0
     assert "arm: its process has ended" in done.out + done.err and "Traceback" not in done.err
-
-
-def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(station):
-    connection, s = station.arm.connection, np.linspace(0.0, 1.0, 400)[:, np.newaxis]
-    step = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)  # a smooth one
-    setpoints = connection.latest.q_ref + 0.01 * step
-    for latency in (300, 100):
-        connection.send(connection.lag + latency, setpoints)
-    steps(station, 70)
-    assert connection.latest.q_ref == pytest.approx(setpoints[-1])
-
-
-def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
-    os.kill(station.arm.connection.process.pid, signal.SIGKILL)
-    with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
-        steps(station, 1000)

@@ -38,15 +38,10 @@ class FuelAddress:
         return urlsplit(self.server).netloc.lower()
 
     @property
-    def url(self) -> str:
-        """URL of the model's details."""
-        return f"{self.server}/{API}/{quote(self.owner)}/models/{quote(self.name)}"
-
-    @property
     def zip_url(self) -> str:
         """URL of the model's archive, or of a redirect to it."""
-        version = "tip" if self.version is None else self.version
-        return f"{self.url}/{version}/{quote(self.name)}.zip?link=true"
+        owner, name, version = quote(self.owner), quote(self.name), self.version or "tip"
+        return f"{self.server}/{API}/{owner}/models/{name}/{version}/{name}.zip?link=true"
 
     def at(self, version: int) -> "FuelAddress":
         """Return the address of one version."""

@@ -30,13 +30,9 @@ class FuelCache:
         host = address.host.replace(":", "_")
         return self.root / host / address.owner.lower() / "models" / address.name.lower()
 
-    def versions(self, address: FuelAddress) -> list[int]:
-        """Return the cached versions of a model, in order."""
-        return _versions(self.folder(address))
-
     def find(self, address: FuelAddress) -> tuple[FuelAddress, Path] | None:
         """Return a cached model: the version of the address, or the newest cached one."""
-        versions = self.versions(address)
+        versions = _versions(self.folder(address))
         version = address.version or (versions[-1] if versions else None)
         if version is None or version not in versions:
             return None
@@ -55,7 +51,7 @@ class FuelCache:
     def remove(self, address: FuelAddress) -> list[Path]:
         """Delete a version or all versions of a model; return the deleted paths."""
         folder = self.folder(address)
-        versions = [address.version] if address.version else self.versions(address)
+        versions = [address.version] if address.version else _versions(folder)
         gone = [folder / str(v) for v in versions if (folder / str(v)).is_dir()]
         for path in gone:
             shutil.rmtree(path)
@@ -104,6 +100,7 @@ class FuelCache:
 
 
 def _versions(folder: Path) -> list[int]:
+    """Return the versions in a model's folder, in order."""
     with suppress(OSError):
         names = [path.name for path in folder.iterdir() if (path / MODEL_CONFIG).is_file()]
         return sorted(int(name) for name in names if name.isascii() and name.isdigit())
