@@ -43,6 +43,7 @@ max_force = 20
 
 
 def described(model: Path) -> RobotDescription:
+    """Return the description of an arm of two joints."""
     return RobotDescription(
         name=model.stem,
         model=str(model),

@@ -1,3 +1,5 @@
+"""Poses of `bt_manip.spatial` from positions and quaternions."""
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -1,3 +1,5 @@
+"""Names of entities, bodies and nameless elements."""
+
 import pytest
 from dm_control import mjcf
 

@@ -1,3 +1,5 @@
+"""The page about the cell lists every registered object."""
+
 import re
 from pathlib import Path
 

@@ -1,3 +1,5 @@
+"""A picture written as PNG is read back bit for bit, by MuJoCo's own reader."""
+
 import mujoco
 import numpy as np
 import pytest

@@ -1,3 +1,5 @@
+"""At rest, in a container, on a support: judged by contacts, forces and positions."""
+
 import numpy as np
 import pytest
 
@@ -286,3 +288,12 @@ def test_what_a_rim_of_5_mm_surrounds_is_inside(cell, wall, inside):
     cell.add(Tray(size=(0.2, 0.2, 0.01 + wall), wall=0.01), pose((0.0, -0.3, TOP)))
     put(cell, Cube(), 0.03, -0.32, 0.036, "cube")
     assert is_in(cell, "cube", "tray") is inside and is_on(cell, "cube", "tray")
+
+
+def test_at_the_turning_point_of_a_bounce_nothing_is_at_rest(cell):
+    cell.add(Cube(), pose((-0.3, 0.0, TOP + 0.05)), name="cube")
+    steps = []
+    for _ in range(600):
+        cell.step()
+        steps.append(is_on(cell, "cube", "table"))
+    assert steps[-1] and False not in steps[steps.index(True) :]

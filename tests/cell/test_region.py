@@ -1,3 +1,5 @@
+"""A region of poses: bounds of positions and yaw, or squares."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""A cell with an arm among obstacles."""
+
 from collections.abc import Sequence
 
 import mujoco

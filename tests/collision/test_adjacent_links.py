@@ -1,3 +1,5 @@
+"""Pairs of geoms on adjacent links that never collide."""
+
 from itertools import product
 
 import mujoco

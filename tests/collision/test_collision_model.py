@@ -1,3 +1,5 @@
+"""Collision detection in a scratch copy of the model."""
+
 import mujoco
 import numpy as np
 import pytest

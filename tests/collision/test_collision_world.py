@@ -17,12 +17,14 @@ HOME = np.array(panda().home)
 
 
 def in_the_air() -> tuple[Cell, Robot]:
+    """Return a robot in the air, at home."""
     cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     return cell, robot
 
 
 def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
+    """Return a robot in the air with a cube between its fingers."""
     cell, robot = in_the_air()
     robot.set_configuration(HOME)
     robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr] = open_by - 1e-4

@@ -1,3 +1,5 @@
+"""Free space of one motion: clearances, and escaping from contacts at the start."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""The distance of two robots, and motions that are too close where any of their samples is."""
+
 import mujoco
 import numpy as np
 import pytest

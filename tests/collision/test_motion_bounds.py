@@ -1,3 +1,5 @@
+"""Bounds of the displacement of an arm's links."""
+
 import mujoco
 import numpy as np
 import pytest

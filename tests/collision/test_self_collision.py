@@ -1,3 +1,5 @@
+"""Bodies of a robot that touch each other: found, and ignored where the description says so."""
+
 from dataclasses import replace
 from pathlib import Path
 
@@ -64,6 +66,7 @@ def description(tmp_path) -> RobotDescription:
 
 
 def world_of(description: RobotDescription) -> CollisionWorld:
+    """Return the collision world of a robot that is compiled alone."""
     robot = compiled(description)
     return CollisionWorld(robot, robot.make_model())
 

@@ -1,3 +1,5 @@
+"""One address for each model, wherever it is from."""
+
 import os
 
 import numpy as np

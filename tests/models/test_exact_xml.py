@@ -1,3 +1,5 @@
+"""Models are written with all digits, frames composed, as MuJoCo reads them."""
+
 import mujoco
 import pytest
 

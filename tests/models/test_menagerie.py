@@ -1,3 +1,5 @@
+"""Models of MuJoCo Menagerie by address: from a folder, and from a server that may be wrong."""
+
 import dataclasses
 import hashlib
 import io

@@ -1,3 +1,5 @@
+"""Meshes are read in metres with z up, and as the solids that their surfaces enclose."""
+
 import re
 import time
 

@@ -1,3 +1,5 @@
+"""Broken MJCF, and files that no model should name, are one line each, at once."""
+
 import os
 import time
 

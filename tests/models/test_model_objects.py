@@ -1,3 +1,5 @@
+"""Objects made of models: in a cell, in a tree, in a scene, in a state."""
+
 import os
 from pathlib import Path
 

@@ -1,3 +1,5 @@
+"""URDF through MuJoCo's own reader, with nothing rounded and all meshes found."""
+
 import mujoco
 import numpy as np
 import pytest

@@ -1,3 +1,5 @@
+"""What the tests of the bundled models share."""
+
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,14 +19,16 @@ def panda() -> mujoco.MjModel:
 def scene() -> Callable[..., mjcf.Physics]:
     """Compile models by name into one world, as in `scene(table=(0, 0, 0))`; cubes move freely."""
 
-    def build(**positions: tuple[float, float, float]) -> mjcf.Physics:
+    def build(
+        free: tuple[str, ...] = ("cube",), **positions: tuple[float, float, float]
+    ) -> mjcf.Physics:
         root = mjcf.RootElement(model="world")
         root.compiler.angle = "radian"
         root.option.set_attributes(timestep=0.001, cone="elliptic", impratio=10)
         for name, position in positions.items():
             frame = root.attach(mjcf.from_path(str(MODELS / name / f"{name}.xml")))
             frame.pos = position
-            if name == "cube":
+            if name in free:
                 frame.add("freejoint")
         return mjcf.Physics.from_mjcf_model(root)
 

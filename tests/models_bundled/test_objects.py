@@ -1,3 +1,5 @@
+"""Table, basket and cube have their sizes and do what they are for."""
+
 import mujoco
 import numpy as np
 import pytest
@@ -72,6 +74,20 @@ def test_the_cube_is_a_solid_wooden_one_and_friction_is_the_reference_task_s(sce
         np.testing.assert_array_equal(model.geom_friction[geoms, 0], mu)
 
 
+@pytest.mark.parametrize(
+    ("x", "y", "yaw"), [(0, 0, 0.0), (0.06, 0.015, np.pi / 4), (-0.06, -0.015, 0.3)]
+)
+def test_a_cube_dropped_into_the_basket_stays(scene, x, y, yaw):
+    physics = scene(basket=(0, 0, 0), cube=(0, 0, 0))
+    model, data = physics.model.ptr, physics.data.ptr
+    data.qpos[:] = (x, y, 0.25, np.cos(yaw / 2), 0, 0, np.sin(yaw / 2))
+    mujoco.mj_step(model, data, 1000)
+    assert np.abs(data.qvel).max() < 5e-3
+    assert abs(data.qpos[0]) < 0.095 and abs(data.qpos[1]) < 0.058
+    # It lies flat on the floor: nothing in there can hold it up.
+    assert data.qpos[2] == pytest.approx(0.045, abs=1e-3)
+
+
 def test_a_cube_pushed_about_in_the_basket_does_not_get_out(scene):
     physics = scene(basket=(0, 0, 0), cube=(0, 0, 0.06))
     model, data = physics.model.ptr, physics.data.ptr
@@ -81,3 +97,14 @@ def test_a_cube_pushed_about_in_the_basket_does_not_get_out(scene):
         data.qvel[3:] = rng.uniform(-5, 5, size=3)
         mujoco.mj_step(model, data, 150)
         assert abs(data.qpos[0]) < 0.1 and abs(data.qpos[1]) < 0.07 and data.qpos[2] > 0.035
+
+
+def test_a_cube_on_the_table_stays(scene):
+    physics = scene(table=(0, 0, 0), cube=(0.3, 0.1, 1.04))
+    model, data = physics.model.ptr, physics.data.ptr
+    mujoco.mj_step(model, data, 200)
+    before = data.qpos.copy()
+    mujoco.mj_step(model, data, 500)
+    np.testing.assert_allclose(data.qpos, before, atol=1e-5)
+    assert data.qpos[2] == pytest.approx(1.04, abs=1e-4)
+    assert np.abs(data.qvel).max() < 1e-4

@@ -1,8 +1,12 @@
+"""What of the Panda touches what."""
+
 from collections import Counter
+from itertools import combinations
 from math import pi
 
 import mujoco
 import numpy as np
+import pytest
 
 OPEN = (0.04, 0.04)
 HOME = (0, -pi / 4, 0, -3 * pi / 4, 0, pi / 2, pi / 4)
@@ -68,6 +72,55 @@ def test_links_are_mostly_apart_and_no_pair_always_touches(panda):
     assert ("link5", "hand") in counts  # the arm can hit itself, and it shows
 
 
+def test_every_body_can_touch_every_body_that_is_not_excluded(panda):
+    """Two bodies laid over each other touch, unless the pair is on the list."""
+    names = [panda.body(i).name for i in range(1, panda.nbody)]
+    for pair in combinations(names, 2):
+        spec = mujoco.MjSpec()
+        for name in pair:
+            body = spec.worldbody.add_body(name=name)
+            body.add_freejoint()
+            geoms = np.flatnonzero(
+                (panda.geom_bodyid == panda.body(name).id) & (panda.geom_group == 3)
+            )
+            assert len(geoms) > 0
+            for g in geoms:
+                body.add_geom(
+                    type=panda.geom_type[g], size=panda.geom_size[g], density=1000.0,
+                    contype=panda.geom_contype[g], conaffinity=panda.geom_conaffinity[g],
+                )  # fmt: skip
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        assert data.ncon > 0, pair
+
+
+def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarray:
+    """Return the lowest point of a capsule, or of a box that stands upright (a point below it)."""
+    centre, axes = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        radius, half, _ = model.geom_size[geom]
+        return centre - half * np.sign(axes[2, 2]) * axes[:, 2] - (0, 0, radius)
+    return centre - (0, 0, np.abs(axes[2]) @ model.geom_size[geom])
+
+
+@pytest.mark.parametrize("other", ["cube", "table", "basket"])
+def test_every_link_touches_an_object_that_is_pushed_against_it_from_below(scene, other):
+    physics = scene(free=(other,), panda=(0, 0, 0), **{other: (0, 0, 0)})
+    model, data = physics.model.ptr, physics.data.ptr
+    theirs = model.body(f"{other}/{other}").id
+    shape = np.flatnonzero((model.geom_bodyid == theirs) & (model.geom_group == 3))[0]
+    for name in [f"link{i}" for i in range(1, 8)] + ["hand", "left_finger", "right_finger"]:
+        ours = model.body(f"panda/{name}").id
+        target = np.flatnonzero((model.geom_bodyid == ours) & (model.geom_group == 3))[0]
+        data.qpos[:9] = (*HOME, *OPEN)
+        mujoco.mj_kinematics(model, data)
+        top = data.geom_xpos[shape] + (0, 0, model.geom_size[shape][2])
+        data.qpos[9:12] += lowest_point(model, data, target) - top + (0, 0, 0.005)
+        mujoco.mj_forward(model, data)
+        assert (f"panda/{name}", f"{other}/{other}") in touching(model, data)
+
+
 def test_the_other_links_stay_clear_of_the_plane_that_it_stands_on(panda):
     data = mujoco.MjData(panda)
     for q1 in np.linspace(-2.8, 2.8, 15):
@@ -80,15 +133,3 @@ def test_the_other_links_stay_clear_of_the_plane_that_it_stands_on(panda):
                     radius, half = panda.geom_size[g][:2]
                     reach = radius + half * abs(data.geom_xmat[g][8])
                 assert data.geom_xpos[g][2] - reach > 0.009
-
-
-def test_the_pads_meet_when_the_hand_is_closed(panda):
-    data = mujoco.MjData(panda)
-    data.qpos[:7] = HOME
-    data.qpos[7:] = 0.0005
-    mujoco.mj_forward(panda, data)
-    assert data.ncon == 0
-    data.qpos[7:] = 0.0
-    mujoco.mj_forward(panda, data)
-    pads = {panda.geom(g).name for c in data.contact for g in (c.geom1, c.geom2)}
-    assert pads == {"left_finger_pad", "right_finger_pad"}

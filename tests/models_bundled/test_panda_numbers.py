@@ -1,3 +1,5 @@
+"""The Panda has the published kinematics, limits and inertias."""
+
 from math import pi
 
 import mujoco

@@ -1,3 +1,5 @@
+"""The shells in the Panda's file are those that the generator writes."""
+
 import mujoco
 import numpy as np
 

@@ -1,3 +1,5 @@
+"""Numbers of a robot are read and written where they lie, together or not."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""An arm and a gripper from a file each, put together as a third file says."""
+
 import dataclasses
 from math import asin, cos, sin
 from pathlib import Path

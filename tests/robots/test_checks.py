@@ -1,3 +1,5 @@
+"""Checks of arguments: what they accept, and what their messages say."""
+
 import numpy as np
 import pinocchio as pin
 import pytest

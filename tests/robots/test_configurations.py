@@ -1,3 +1,5 @@
+"""Named configurations, from tables and from MoveIt Pro's waypoints."""
+
 import pytest
 
 from bt_manip.exceptions import BtManipError, MotionError

@@ -1,3 +1,5 @@
+"""A description in a TOML file: what may be written, and what is said of what may not."""
+
 import pinocchio as pin
 import pytest
 
@@ -70,3 +72,20 @@ def test_the_gripper_is_read_from_a_file_that_is_wrong_otherwise(read, tmp_path)
 def test_a_missing_file_is_said(tmp_path):
     with pytest.raises(RobotError, match="no robot description .*nothing.toml: No such file"):
         read_description(tmp_path / "nothing.toml")
+
+
+def test_all_wrong_keys_are_said_at_once_each_with_its_line(read):
+    text = (
+        LEAST.replace("velocity = 2", 'velocity = "fast"')
+        .replace("home = [0.0, 1.0]", "home = [0.0]")
+        .replace('frame = "tip"', "fram = 1\nposition = [0, 0]\nrpy = 1")
+    )
+    gripper = GRIPPER.replace("max_force = 20", "max_force = -1")
+    with pytest.raises(RobotError) as error:
+        read("speeds = 1\n" + text + gripper + "[tolerance]\nposition = 0\nrotatoin = 1\n")
+    keys = [line.split("key ")[1] for line in str(error.value).splitlines()]
+    assert [key.split("'")[1] for key in keys] == [
+        "tool.frame", "home", "velocity", "gripper.max_force", "tolerance.position",
+        "tolerance.rotatoin", "tool.position", "tool.rpy", "tool.fram", "speeds",
+    ]  # fmt: skip
+    assert "arm.toml:6: key 'velocity' is a list of 2 numbers, got 'fast'" in str(error.value)

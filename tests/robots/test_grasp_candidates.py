@@ -1,3 +1,5 @@
+"""Grasp candidates as text."""
+
 import pytest
 
 from bt_manip.robots import GraspCandidate

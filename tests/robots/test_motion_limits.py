@@ -1,3 +1,5 @@
+"""Limits of motions: read from a model, used by samples, kept by setpoints and references."""
+
 from dataclasses import replace
 
 import numpy as np

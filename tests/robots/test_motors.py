@@ -1,3 +1,5 @@
+"""Joints have one motor each; the tightest limit of model and actuators bounds an effort."""
+
 import mujoco
 import numpy as np
 import pytest

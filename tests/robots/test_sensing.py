@@ -1,3 +1,5 @@
+"""The wrist feels weights computed by hand; the tool moves as its kinematics say."""
+
 from dataclasses import replace
 from pathlib import Path
 

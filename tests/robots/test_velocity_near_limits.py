@@ -1,3 +1,5 @@
+"""Velocity limits that shrink towards the position limits, as a description gives them."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +17,7 @@ def formula(distance: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def both():
+    """Give the limits of the Panda without and with these velocity limits."""
     return Robot(panda()).limits, Robot(NEAR).limits
 
 

@@ -1,3 +1,5 @@
+"""A description that is written is read back equal, field by field."""
+
 from dataclasses import fields, replace
 from pathlib import Path
 

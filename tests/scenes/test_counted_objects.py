@@ -1,3 +1,6 @@
+"""Objects of a scene that are alike."""
+
+import mujoco
 import numpy as np
 import pytest
 
@@ -19,15 +22,28 @@ region = { x = [0.2, 0.4], y = [-0.3, 0.3] }
 
 
 @pytest.fixture
-def read(write, parts):
-    return lambda text: read_scene(write(ROBOT + text), parts)
+def read(tmp_path, parts):
+    def read(text: str):
+        path = tmp_path / "scene.toml"
+        path.write_text(ROBOT + text)
+        return read_scene(path, parts)
+
+    return read
+
+
+def masses(model: mujoco.MjModel) -> dict[str, float]:
+    """Return the mass of each body of MuJoCo's model [kg]."""
+    names = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(model.nbody))
+    return dict(zip(names, model.body_mass.tolist(), strict=True))
 
 
 def test_as_many_objects_are_compiled_as_are_counted_and_one_can_differ(read, parts):
     scene = read(PARTS + "part_2.mass = 0.3\npart_2.position = [0.1, 0.35]\n")
     cell = build_station(parts, scene=scene).cell
-    masses = {name: cell.nominal(name, "mass") for name in cell.objects if "part" in name}
-    assert masses == pytest.approx({"part_1": 0.0565, "part_2": 0.3, "part_3": 0.0565})
+    found = masses(cell.model)
+    assert [f"part_{i}/cube" in found for i in (1, 2, 3, 4)] == [True, True, True, False]
+    assert found["part_2/cube"] == pytest.approx(0.3)
+    assert found["part_1/cube"] == found["part_3/cube"] != found["part_2/cube"]
     np.testing.assert_allclose(cell.pose("part_2").translation[:2], (0.1, 0.35), atol=1e-9)
     assert 0.2 <= cell.pose("part_1").translation[0] <= 0.4
 
@@ -50,7 +66,8 @@ def test_one_of_them_can_be_varied(read, parts, tmp_path):
     )
     run = prepare(request, parts)
     run.station.randomizer.begin(0)
-    assert run.station.cell.overrides == {"part_2": {"mass": 0.4}}
+    found = masses(run.station.cell.model)
+    assert found["part_2/cube"] == pytest.approx(0.4) != found["part_1/cube"]
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,5 @@
+"""Levels say how strongly a scene varies, by name."""
+
 import numpy as np
 import pytest
 

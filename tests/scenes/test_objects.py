@@ -1,3 +1,5 @@
+"""Objects of a scene: replaced by models of others, placed on supports, and drawn from a seed."""
+
 from types import SimpleNamespace
 
 import numpy as np

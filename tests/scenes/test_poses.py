@@ -1,3 +1,5 @@
+"""Objects that a scene expects, and the sources of their poses."""
+
 import os
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""A scene from a file is what the file says, or all that is wrong is said at once."""
+
 import re
 from dataclasses import replace
 
@@ -8,6 +10,8 @@ from bt_manip import build_station
 from bt_manip.cell import CellError
 from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
+from bt_manip.record import Recorder
+from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.scenes import Fixture, Scene, SceneObject, table_and_basket, two_arms
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
@@ -266,3 +270,38 @@ m = 2
     inline = 'objects = [\n    { model = "table" },\n    { model = "cube" },\n]\nseed = 3\n'
     lines = line_numbers(inline)
     assert (lines["objects", 1], lines["objects", 2], lines["seed",]) == (2, 3, 5)
+
+
+def test_all_that_is_wrong_is_said_at_once(write, parts):
+    text = (
+        "seed = 'x'\n[[robots]]\nrobot = 'pand'\nposition = [0]\n"
+        "[[objects]]\nmodel = 'tabel'\n[[objects]]\nmodel = 'cube'\nmass = -1\nfree = 2\n"
+    )
+    with pytest.raises(SceneError) as raised:
+        read_scene(write(text), parts)
+    lines = [int(re.search(r"toml:(\d+):", problem)[1]) for problem in raised.value.problems]
+    assert sorted(lines) == [1, 3, 4, 6, 9, 10]
+
+
+def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts, tmp_path):
+    tree = tmp_path / "tree.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><SpawnObject model="cube" '
+        'on="table" object="{object}"/><WaitUntilAtRest object="{object}"/></Sequence>'
+        "</BehaviorTree></root>"
+    )
+    digests, told = [], []
+    for _ in range(2):
+        recorder = Recorder("", 1)
+        request = RunRequest(find_tree(str(tree), {}), scene="varied_pick", seed=1, cycles=2)
+        prepare(request, parts).execute([recorder])
+        report = recorder.report()
+        assert report.status == "SUCCESS", [cycle.reason for cycle in report.cycles]
+        digests.append(report.state_digest)
+        told.append([cycle.randomized for cycle in report.cycles])
+    assert digests[0] == digests[1]
+    assert told[0] == told[1]
+    first, second = told[0]
+    assert first["objects"].keys() == {"cube", "basket"}
+    assert first["objects"]["cube"].keys() == {"mass", "friction", "size", "colour"}
+    assert first["objects"]["cube"]["mass"] != second["objects"]["cube"]["mass"]

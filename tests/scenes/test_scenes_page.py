@@ -1,3 +1,5 @@
+"""The page about scenes shows a valid file and lists every quantity and variation."""
+
 import re
 from pathlib import Path
 

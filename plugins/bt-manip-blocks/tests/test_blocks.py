@@ -1,3 +1,5 @@
+"""Blocks are scattered with room, chosen by room, and belong into the row of their colour."""
+
 import itertools
 
 import numpy as np

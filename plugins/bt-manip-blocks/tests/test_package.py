@@ -1,3 +1,5 @@
+"""All that the package brings keeps its contracts, and its trees do what they are for."""
+
 import numpy as np
 import pytest
 

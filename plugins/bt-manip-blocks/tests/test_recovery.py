@@ -1,3 +1,5 @@
+"""The trees look at the end, and go on from the blocks as they are."""
+
 import pytest
 
 from bt_manip.bt import NodeStatus

@@ -1,3 +1,5 @@
+"""Everyday objects have the shapes that they say, and are gripped where they are made for it."""
+
 import mujoco
 import numpy as np
 import pytest

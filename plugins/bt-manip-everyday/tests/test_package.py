@@ -1,3 +1,5 @@
+"""All that the package brings keeps its contracts, and its trees do what they are for."""
+
 import pytest
 
 from bt_manip.testing import assert_stands_still, trees_of

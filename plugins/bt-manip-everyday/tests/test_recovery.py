@@ -1,3 +1,5 @@
+"""The trees look at the end, and clear the table after a failure."""
+
 from functools import cache
 
 import pytest

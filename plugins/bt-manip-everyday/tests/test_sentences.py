@@ -1,3 +1,5 @@
+"""Sentences are read, drawn, refused and judged."""
+
 import numpy as np
 import pytest
 

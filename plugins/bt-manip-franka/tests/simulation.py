@@ -1,3 +1,5 @@
+"""The simulated Franka."""
+
 import os
 from pathlib import Path
 

@@ -1,3 +1,5 @@
+"""libfranka's states as reasons, and addresses."""
+
 from types import SimpleNamespace
 
 import pytest

@@ -1,3 +1,5 @@
+"""A running Fuel server, and its cache."""
+
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -31,4 +33,5 @@ def other_server() -> Iterator[FuelServer]:
 
 @pytest.fixture
 def cache(server: FuelServer) -> FuelCache:
+    """Give the cache in which models of the server are kept."""
     return FuelCache()

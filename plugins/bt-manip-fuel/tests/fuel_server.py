@@ -23,6 +23,8 @@ CONFIG = """<?xml version="1.0"?>
 
 @dataclass
 class Answer:
+    """What the server says to one address."""
+
     body: bytes = b""
     status: int = 200
     kind: str = "application/zip"
@@ -73,6 +75,7 @@ class FuelServer:
         self.answers[f"{base}/{version}/{name}.zip"] = answer
 
     def says(self, answer: Answer | Callable[[], Answer], name: str = "thing") -> None:
+        """Answer so when the model ``someone/thing`` is asked for."""
         self.answers[f"/1.0/someone/models/{name}/tip/{name}.zip"] = answer
 
     def stop(self) -> None:
@@ -97,6 +100,7 @@ def zip_of(files: Mapping[str, str | bytes]) -> bytes:
 
 
 def model_zip(sdf: str, name: str = "thing", **files: str | bytes) -> bytes:
+    """Make the zip of a model as Fuel has it."""
     return zip_of({"model.config": CONFIG.format(name=name), "model.sdf": sdf, **files})
 
 

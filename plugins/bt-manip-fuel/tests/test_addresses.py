@@ -1,3 +1,5 @@
+"""Addresses of models in SDFormat and on Fuel."""
+
 import pytest
 
 from bt_manip.models import ModelError, find_model, load_model

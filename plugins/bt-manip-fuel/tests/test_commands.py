@@ -1,3 +1,5 @@
+"""``bt-manip models``, and a run, against a server of our own."""
+
 import json
 from pathlib import Path
 

@@ -22,6 +22,8 @@ GOOD = model_zip(BALL)
 
 @pytest.fixture
 def refused(server, cache):
+    """Ask for a model that must be refused; give the message."""
+
     def refuse() -> str:
         with pytest.raises(ModelError) as caught:
             find_model(fuel_address("fuel:someone/thing"))
@@ -75,6 +77,7 @@ BOMB = model_zip(BALL, **{"meshes/x.stl": bytes(40 * 2**20)})
 
 
 def text(body: str | bytes) -> Answer:
+    """Refer to another place."""
     return Answer(body if isinstance(body, bytes) else body.encode(), kind="text/plain")
 
 

@@ -1,3 +1,5 @@
+"""Images on meshes of SDF models."""
+
 import mujoco
 import pytest
 

@@ -1,3 +1,5 @@
+"""Objects made of models of Fuel: in a cell, in a tree, in a scene, in a state."""
+
 import json
 
 import numpy as np

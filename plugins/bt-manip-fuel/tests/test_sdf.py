@@ -20,6 +20,7 @@ INERTIAL = "<inertial><mass>{}</mass><inertia>{}</inertia></inertial>"
 
 
 def compiled(tmp_path: Path, sdf: str, **options) -> mujoco.MjModel:
+    """Convert and compile a document."""
     model, _ = converted(tmp_path, sdf, **options)
     return model
 

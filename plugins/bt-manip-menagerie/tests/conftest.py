@@ -1,3 +1,5 @@
+"""Where the models are, and one compiled station for each robot."""
+
 from functools import cache
 
 import pytest

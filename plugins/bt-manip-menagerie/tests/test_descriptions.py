@@ -1,3 +1,5 @@
+"""The files, and robots that are described by nothing but such a file."""
+
 import json
 from pathlib import Path
 
@@ -13,6 +15,8 @@ UR5E_WITH_XARM_GRIPPER = Path(__file__).with_name("ur5e_xarm.toml")
 
 @pytest.fixture
 def run(tmp_path):
+    """Run pick_place and give its exit code and its report."""
+
     def go(robot, cycles):
         report = tmp_path / "report.json"
         options = ["--robot", robot, "--cycles", cycles, "--report", report]

@@ -1,3 +1,5 @@
+"""Each robot is the one that is simulated, and its gripper holds what it grips."""
+
 import mujoco
 import numpy as np
 import pinocchio as pin

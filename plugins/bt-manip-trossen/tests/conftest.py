@@ -1,3 +1,5 @@
+"""A simulated arm in a process of its own."""
+
 import os
 import sys
 

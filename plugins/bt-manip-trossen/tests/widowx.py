@@ -1,3 +1,5 @@
+"""The simulated WidowX AI."""
+
 from pathlib import Path
 
 from tests.support.simulated_robot import SimulatedRobot

@@ -1,3 +1,5 @@
+"""Contacts are classified: expected or not, held, and free of everything else."""
+
 from dm_control import composer, mjcf
 
 from bt_manip.cell import BodyNames, Cell, Cube, MonitoredEntity

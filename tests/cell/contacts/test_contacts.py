@@ -1,3 +1,5 @@
+"""Contacts, their forces and events, against weights and the forces that MuJoCo applies."""
+
 import mujoco
 import numpy as np
 import pytest
@@ -97,6 +99,7 @@ def test_the_torque_of_an_entity_is_about_the_origin_of_its_root():
 
 @pytest.fixture
 def dropped():
+    """Give a cube 20 mm over the floor."""
     cell = Cell()
     cell.add(Cube(), pose((0, 0, 0.045)))
     return cell

@@ -1,3 +1,5 @@
+"""The deepest overlap of an entity, by distances of spheres."""
+
 import mujoco
 import pytest
 

@@ -1,3 +1,5 @@
+"""Cameras see what geometry says that they see."""
+
 import numpy as np
 import pytest
 from dm_control import composer

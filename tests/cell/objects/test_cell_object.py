@@ -1,3 +1,5 @@
+"""Objects declare what they are; undeclared attributes have documented defaults."""
+
 import numpy as np
 import pytest
 from dm_control import composer, mjcf

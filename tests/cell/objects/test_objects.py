@@ -364,3 +364,24 @@ def test_a_new_mass_scales_all_masses_and_inertias_of_a_model(tmp_path):
     for field in ("body_mass", "body_inertia"):
         scaled = getattr(before, field) * 3.0 / one.mass
         np.testing.assert_allclose(getattr(after, field), scaled, rtol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [objects.Basket, objects.Bin, objects.Tray])
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_what_slides_to_a_side_of_a_container_stays_inside(kind, direction):
+    cell = Cell()
+    container = cell.add(kind(), pose((0, 0, 0)))
+    cell.add(Cube(size=0.03), pose((0, 0, 0.04)))
+    cell.model.opt.gravity[:2] = np.multiply(12.0, direction)  # as on a slope
+    cell.step(600)
+    assert cell.contacts.partners("cube") == [container]
+    assert cell.pose("cube").translation[2] < 0.05
+
+
+def test_a_mug_holds_what_is_dropped_into_it():
+    cell = Cell()
+    cell.add(objects.Mug(), pose((0, 0, 0)))
+    cell.add(objects.Sphere(radius=0.01), pose((0, 0, 0.05)))
+    cell.step(500)
+    assert cell.contacts.partners("sphere") == ["mug"]
+    assert cell.pose("sphere").translation[2] == pytest.approx(0.004 + 0.01, abs=2e-3)

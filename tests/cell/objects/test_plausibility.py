@@ -1,3 +1,5 @@
+"""Masses and inertias that no body of such a shape has are found, those of bodies are kept."""
+
 from itertools import product
 
 import mujoco
@@ -23,6 +25,7 @@ SOLID = BODIES.format(inertial="").replace("contype", 'density="0" contype')  # 
 
 
 def corrected(text):
+    """Give the body after the correction, and the warnings."""
     root = mjcf.from_xml_string(text)
     warnings = list(correct_inertias(root, compiled(root)))
     return compiled(root).body("it"), warnings

@@ -1,3 +1,5 @@
+"""What composer lets one observe of an object is what the cell says of it."""
+
 import mujoco
 import numpy as np
 import pytest

@@ -1,3 +1,5 @@
+"""Things are put where there is room, or not at all."""
+
 import numpy as np
 import pytest
 from dm_control import composer, mjcf

@@ -360,3 +360,15 @@ def test_distributions_that_cannot_go_wrong_are_accepted(unvaried, without_cube)
     }  # fmt: skip
     for given in (unvaried, without_cube):
         given.randomize(objects={"cube": {k: parse_variation(v) for k, v in lines.items()}})
+
+
+def test_nothing_is_drawn_from_the_global_randomness(unvaried):
+    def drawn(seed: int) -> dict:
+        np.random.seed(seed)
+        before = np.random.get_state()[1].tobytes()
+        randomizer = unvaried.randomize(objects={"cube": MASS})
+        randomizer.begin(0)
+        assert np.random.get_state()[1].tobytes() == before
+        return randomizer.sampled
+
+    assert drawn(1) == drawn(2)

@@ -1,3 +1,5 @@
+"""Bounds of joints and tool, in planning and in the process that speaks to the arm."""
+
 import sys
 from dataclasses import replace
 

@@ -114,6 +114,7 @@ def model(compiled_robot):
 
 @pytest.fixture(scope="module")
 def motion(model):
+    """Setpoints of a motion of half a second, as long as what is sent ahead to an arm."""
     goal = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
     planned = time_parameterize_segment(goal - 0.12, goal + 0.12, model)
     return planned.sample(sample_times(planned.duration, STEP))[0]
