@@ -203,10 +203,7 @@ class _RobotJog:
             gripper.close(min(GRIP_FORCE, gripper.max_force))
 
     def _save_as(self, name: str) -> str:
-        q = tuple(self._arm.q_ref.tolist())
-        message = self._save(name, q)
-        self._robot.robot.configurations[name] = q
-        return message
+        return self._save(name, tuple(self._arm.q_ref.tolist()))
 
     # Callbacks
 

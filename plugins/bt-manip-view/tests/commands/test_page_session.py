@@ -208,6 +208,8 @@ def test_a_saved_configuration_can_be_named_by_the_next_tree_also_in_a_new_file(
     serve(lambda: user.jog(0.4), *WHILE, *WHILE, lambda: save(user, "above"))
     assert (tmp_path / SAVED).is_file()
     assert str(tmp_path / SAVED) in user.text
+    serve(("run", choice(str(saved))))
+    assert session.last.report.status == "SUCCESS"
     serve(("reset", choice(str(saved))), ("run", choice(str(saved))))
     assert session.last.report.status == "SUCCESS"
     assert session.station.robot.q[0] == pytest.approx(0.4, abs=2e-3)
