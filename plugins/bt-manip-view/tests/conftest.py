@@ -48,7 +48,7 @@ class Program:
     @cached_property
     def url(self) -> str:
         """The address of its page, once it says it."""
-        return self.wait_for(r"http://127\.0\.0\.1:\d+")
+        return self.wait_for(r"http://[\d.]+:\d+")
 
     def wait_for(self, pattern: str) -> str:
         """Return the first text on standard output that matches, waiting for it."""
