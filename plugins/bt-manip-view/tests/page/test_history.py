@@ -53,16 +53,6 @@ def shown(events):
     return {event.data["uid"]: event for event in events}
 
 
-def test_each_state_has_the_events_that_lead_to_it(source):
-    past = filled(source, 20)
-    for before, index in ((-1, 0), (-1, 7), (7, 12), (12, 20)):
-        expected = [0.0] * (before < 0) + [0.01 * i for i in range(max(before, 0), index)]
-        assert [event.time for event in past.events(before, index)] == pytest.approx(expected)
-    for time, tick in ((0.0, 0), (0.074, 7), (0.08, 8), (9.0, 20), (-1.0, 0)):
-        past.seek(time)
-        assert past.index == tick and past.poses()[1, 0] == tick
-
-
 def test_a_full_memory_forgets_the_oldest_states_but_not_what_still_holds(source):
     whole, past = filled(source, 5000), filled(source, 5000, kept_bytes=500_000)
     assert past.size < 500_000 and 100 < len(past.times) < 1000

@@ -147,20 +147,6 @@ def test_a_run_that_has_ended_shows_at_each_time_what_it_had_shown_then(recorded
             assert shown == seen[moment]
 
 
-def test_poses_are_the_recorded_ones(recorded, page, scene):
-    recorded_scene = RecordedScene(Recording(recorded[0]))
-    for moment in (0.3, 0.1, 0.2):
-        page.seek(moment)
-        recorded_scene.seek(moment)
-        scene.see()
-        for frame, pose in zip(recorded_scene.frames, recorded_scene.poses(), strict=True):
-            entity, _, _ = frame.partition("/")
-            path = f"/{entity}/{frame.replace('/', ':')}"
-            if path in scene.nodes:
-                shown = np.concatenate([scene.nodes[path][key] for key in ("position", "wxyz")])
-                np.testing.assert_allclose(shown, pose, atol=2e-5, err_msg=frame)
-
-
 @pytest.fixture
 def times(recorded):
     return RecordedScene(Recording(recorded[0])).times
