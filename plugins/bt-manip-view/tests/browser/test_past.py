@@ -1,6 +1,7 @@
 """Any past time of a run on its page: live, paused and ended, opened from the start and late."""
 
 import json
+from contextlib import closing
 
 import pytest
 
@@ -162,13 +163,13 @@ def test_a_run_of_two_robots_that_has_ended_is_shown_as_a_whole(start, open_wind
 def test_a_large_tree_that_has_ended_opens_where_it_failed_or_two_levels(
     make_run, parts, open_window, failing
 ):
-    page = Page({"tree": parts.of("panels").get("tree")}, port=0, speed=None)
     leaves = (AlwaysFailure if i == failing else AlwaysSuccess for i in range(16))
     nodes = [
         Sequence(f"part {i}", AlwaysSuccess(f"first of {i}"), leaf(f"second of {i}"))
         for i, leaf in enumerate(leaves)
     ]
-    try:
+    panels = {"tree": parts.of("panels").get("tree")}
+    with closing(Page(panels, port=0, speed=None)) as page:
         make_run(Sequence("all", nodes)).execute([page])
         window = open_window(page.url, scene=False)
         window.wait_for_tree("part 13")
@@ -176,5 +177,3 @@ def test_a_large_tree_that_has_ended_opens_where_it_failed_or_two_levels(
         assert "first of 2" not in shown
         assert ("second of 14" in shown) == (failing is not None)
         window.page.context.close()
-    finally:
-        page.close()
