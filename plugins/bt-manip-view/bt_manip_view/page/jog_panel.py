@@ -202,9 +202,6 @@ class _RobotJog:
         else:
             gripper.close(min(GRIP_FORCE, gripper.max_force))
 
-    def _save_as(self, name: str) -> str:
-        return self._save(name, tuple(self._arm.q_ref.tolist()))
-
     # Callbacks
 
     def _slider_moved(self, i: int, event: Any) -> None:
@@ -221,7 +218,8 @@ class _RobotJog:
         self.requests["gripper"] = partial(self._grip, event.value)
 
     def _save_pressed(self, _: Any) -> None:
-        self.requests["save"] = partial(self._save_as, self._name.value)
+        name = self._name.value
+        self.requests["save"] = lambda: self._save(name, self._arm.q_ref.tolist())
 
 
 class _NoDetour:
