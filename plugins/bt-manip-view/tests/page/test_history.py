@@ -2,7 +2,6 @@
 
 from itertools import pairwise
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -13,12 +12,9 @@ from bt_manip_recording import CellScene, McapRecorder, RecordedRun, Recording, 
 from bt_manip_view.page.history import History
 from bt_manip_view.page.keep_panel import KeepPanel
 
-ROW = np.arange(6.0 * 2 + 3).tobytes()
+from .conftest import box_called
 
-THING = """
-<mujoco><worldbody>
-  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
-</worldbody></mujoco>"""
+ROW = np.arange(6.0 * 2 + 3).tobytes()
 
 
 def status(time, uid, name, old="IDLE"):
@@ -28,10 +24,7 @@ def status(time, uid, name, old="IDLE"):
 
 @pytest.fixture(scope="module")
 def source():
-    model = mujoco.MjModel.from_xml_string(THING)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return CellScene(model, data, {"thing": object()})
+    return CellScene(*box_called("thing"), {"thing": object()})
 
 
 def filled(source, ticks, **options):
@@ -70,10 +63,7 @@ def test_a_full_memory_forgets_the_oldest_states_but_not_what_still_holds(source
 
 def test_things_are_in_the_past_in_which_they_were(source):
     past = filled(source, 5)
-    model = mujoco.MjModel.from_xml_string(THING.replace("thing/", "other/"))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    other = CellScene(model, data, {"other": object()})
+    other = CellScene(*box_called("other"), {"other": object()})
     past.look(other)
     for _ in range(5):
         past.begin_tick()

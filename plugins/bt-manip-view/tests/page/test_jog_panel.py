@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.bt import Sleep, Tree
-from bt_manip.runner import Run, RunRequest, TreeSource
+from bt_manip.bt import Sleep
 from bt_manip.scenes import two_arms
 from bt_manip_view import Page
 from bt_manip_view.page.jog_panel import JogPanel
@@ -25,10 +24,14 @@ def page():
 
 
 @pytest.fixture
-def station(page, make_run):
-    station = make_run(Sleep(msec=10)).station
-    page.begin_idle(station)
-    return station
+def run(make_run):
+    return make_run(Sleep("rest", msec=30))
+
+
+@pytest.fixture
+def station(page, run):
+    page.begin_idle(run.station)
+    return run.station
 
 
 class User:
@@ -124,7 +127,7 @@ def test_the_gripper_closes_and_opens(user, station):
     assert station.gripper.is_open
 
 
-def test_nothing_can_be_jogged_while_a_tree_runs(user, page, station):
+def test_nothing_can_be_jogged_while_a_tree_runs(user, page, run, station):
     def offered():
         buttons = user.client.see().find("button_group"), user.client.find("text", "Save as")
         return [
@@ -132,8 +135,6 @@ def test_nothing_can_be_jogged_while_a_tree_runs(user, page, station):
             *(one["visible"] for one in buttons),
         ]  # fmt: skip
 
-    tree = Tree(Sleep("rest", msec=30), clock=station.clock)
-    run = Run(RunRequest(TreeSource("test", "python")), tree, station)
     q = station.robot.q.copy()
     user.set_slider(0, 0.5)
     run.execute([page])

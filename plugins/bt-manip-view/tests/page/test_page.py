@@ -4,7 +4,6 @@ import io
 import threading
 import time
 
-import mujoco
 import numpy as np
 import pytest
 import trimesh
@@ -17,7 +16,7 @@ from bt_manip_recording import CellScene
 from bt_manip_view import Page
 from bt_manip_view.page.scene import SceneView
 
-from .conftest import wait_until
+from .conftest import box_called, wait_until
 
 
 def picking():
@@ -53,37 +52,23 @@ def test_the_visible_geometry_is_sent_once_with_its_textures_and_the_poses(make_
     assert top.extents.tolist() == pytest.approx([1.5, 0.8, 0.03])
 
 
-MOVABLE = """
-<mujoco><worldbody>
-  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1" pos="0 0 1"/></body>
-</worldbody></mujoco>"""
-
-
-@pytest.fixture
-def movable():
-    model = mujoco.MjModel.from_xml_string(MOVABLE)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return model, data
-
-
-def test_no_two_nodes_have_the_same_name_in_turn(page, connect, movable):
+def test_no_two_nodes_have_the_same_name_in_turn(page, connect):
     """A page would keep the pose of the first, and so would the replay of a report."""
-    client, view = connect(), SceneView(page.server)
+    client, view, box = connect(), SceneView(page.server), box_called("thing")
     for number in range(3):
-        view.bind(CellScene(*movable, {"thing": number}))
+        view.bind(CellScene(*box, {"thing": number}))
     created = [m["name"] for m in of_type(client.read(), "FrameMessage")]
     assert "/thing" in created and len(set(created)) == len(created)
 
 
-def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect, movable):
-    view = SceneView(page.server)
-    view.bind(CellScene(*movable))
+def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
+    view, (model, data) = SceneView(page.server), box_called("thing")
+    view.bind(CellScene(model, data))
     client = connect()
     client.read()
-    movable[1].xpos[1, 0] = 1.0
+    data.xpos[1, 0] = 1.0
     for _ in range(2):
-        view.bind(CellScene(*movable))
+        view.bind(CellScene(model, data))
     (moved,) = of_type(client.read(), "SetPositionMessage")
     assert moved["name"] == "/thing/thing" and moved["position"] == [1.0, 0.0, 0.0]
 
