@@ -16,6 +16,7 @@ from tests.support.drawing import (
     processes_draw_if_their_test_does as processes_draw_if_their_test_does,
 )
 from tests.support.program import bt_manip as bt_manip
+from tests.support.program import task as task
 from tests.support.program import trees as trees
 from tests.support.runs import make_run as make_run
 from tests.support.runs import picked as picked

@@ -18,21 +18,12 @@ from ..page.conftest import Client
 
 SAVED = Path("configurations.toml")
 
-MOVE = """
-<root BTCPP_format="4">
-  <BehaviorTree ID="Main">
-    <Sequence><MoveToConfiguration configuration="0;-0.7;0;-2.2;0;1.6;0.8"/></Sequence>
-  </BehaviorTree>
-</root>
-"""
-SAVED_MOVE = MOVE.replace("0;-0.7;0;-2.2;0;1.6;0.8", "above")
+TARGET = "0;-0.7;0;-2.2;0;1.6;0.8"
 
 
 @pytest.fixture
-def tree(tmp_path):
-    path = tmp_path / "tree.xml"
-    path.write_text(MOVE)
-    return str(path)
+def tree(task):
+    return str(task(f'<MoveToConfiguration configuration="{TARGET}"/>'))
 
 
 class Visit(Session):
@@ -185,7 +176,7 @@ def test_a_saved_configuration_can_be_named_by_the_next_tree_also_in_a_new_file(
     session, serve, user, tree, tmp_path, bt_manip
 ):
     saved, file = tmp_path / "saved.xml", tmp_path / "new.toml"
-    saved.write_text(SAVED_MOVE)
+    saved.write_text(Path(tree).read_text().replace(TARGET, "above"))
     serve(
         lambda: user.set("slider", "joint1 [rad]", 0.4), *WHILE, *WHILE, lambda: save(user, "above")
     )

@@ -39,12 +39,9 @@ def test_ctrl_c_ends_a_page_that_is_prepared():
         process.kill()
 
 
-def test_a_breakpoint_at_an_unknown_node_is_bad_input(bt_manip, tmp_path):
-    tree = tmp_path / "tree.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sleep msec="10"/></BehaviorTree></root>'
-    )
-    done = bt_manip("run", tree, "--view", "--view-port", "0", "--view-breakpoints", "Sleep; Slept")
+def test_a_breakpoint_at_an_unknown_node_is_bad_input(bt_manip, task):
+    options = ("--view", "--view-port", "0", "--view-breakpoints", "Sleep; Slept")
+    done = bt_manip("run", task('<Sleep msec="10"/>'), *options)
     assert done.code == 2
     assert "breakpoint: no node is called 'Slept'; did you mean 'Sleep'?" in done.err
 
