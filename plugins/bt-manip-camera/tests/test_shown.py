@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+from contextlib import closing
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -33,22 +34,19 @@ def until_seen(run, loop):
 
 @pytest.fixture
 def shown(run, believe_off):
-    """Give the panel, its page, and a loop that has just begun; the cube is believed 5 mm off."""
+    """Give the panel, and a loop that has just begun; the cube is believed 5 mm off."""
     believe_off(4e-3, 3e-3, 0.0)
-    panels = []
 
-    def panel(page):
-        panels.append(SeenPanel(page))
-        return panels[0]
+    def make(page):
+        page.seen = SeenPanel(page)
+        return page.seen
 
-    page = Page({"seen": panel}, port=0, speed=None)
-    with RunLoop(run, [page]) as loop:
-        yield panels[0], page, loop
-    page.close()
+    with closing(Page({"seen": make}, port=0, speed=None)) as page, RunLoop(run, [page]) as loop:
+        yield page.seen, loop
 
 
 def test_the_page_lists_what_is_believed_and_outlines_it(run, shown):
-    panel, _, loop = shown
+    panel, loop = shown
     believed = run.station.believed.cell
     loop.begin()
     panel.draw()
@@ -74,7 +72,7 @@ def test_the_page_lists_what_is_believed_and_outlines_it(run, shown):
 
 
 def test_the_page_has_the_picture_with_outlines_and_the_points_in_the_scene(run, shown):
-    panel, _, loop = shown
+    panel, loop = shown
     until_seen(run, loop)
     panel.draw()
     svg, note = ElementTree.fromstring(f"<div>{panel.picture.content}</div>")
