@@ -44,10 +44,8 @@ def scene_messages(number):
     encode = msgspec.msgpack.encode
     fixed = [b"", "text", b"\xc1", NESTED, b"\x81\xa4type" + NESTED, b"\xff" * 200_000, encode([]),
              encode({"type": 3}), encode({"type": "x" * 100_000}), encode({1: 2})]  # fmt: skip
-    for index in range(number):
-        if index < len(fixed):
-            yield fixed[index]
-            continue
+    yield from fixed
+    for _ in range(number - len(fixed)):
         kind = rng.choice(KINDS)
         fields = getattr(getattr(viser_messages, kind, None), "__dataclass_fields__", ("uuid",))
         values = (*VALUES, b"x", [float("nan")] * 4)
@@ -65,29 +63,24 @@ def page_messages(number, elements):
              '{"id":' * 20_000, '{"id": 1}', '{"event": "click"}', "{" * 1000]  # fmt: skip
     # What they offer is chosen by valid messages, which are left out here.
     events = ("value", "click", "breakpoint", "seek", "", "set", "no event")
-    for index in range(number):
-        if index < len(fixed):
-            yield fixed[index]
-            continue
+    yield from fixed
+    for _ in range(number - len(fixed)):
         element = rng.choice([*elements])
         value = rng.choice(VALUES)
         event = rng.choice(events)
-        if Gui().add(**elements[element]).accepts(value) or value is None or event in ("seek",):
+        if Gui().add(**elements[element]).accepts(value) or value is None or event == "seek":
             value = {"not": ["offered"]}
         uid = rng.choice((element, element, element, *VALUES))
         text = json.dumps({"id": uid, "event": rng.choice((event, event, *VALUES)), "value": value})
         yield text[: rng.randrange(len(text))] if rng.random() < 0.2 else text
 
 
-def moving():
-    return Sequence(
-        SpawnObject(object="{cube}"), MoveHome(), Sleep(msec=500), RemoveObject(object="{cube}")
-    )
-
-
 def digest_of(make_run, *observers):
     recorder = Recorder("test", 0)
-    make_run(moving()).execute([recorder, *observers])
+    root = Sequence(
+        SpawnObject(object="{cube}"), MoveHome(), Sleep(msec=500), RemoveObject(object="{cube}")
+    )
+    make_run(root).execute([recorder, *observers])
     return recorder.report().state_digest
 
 
