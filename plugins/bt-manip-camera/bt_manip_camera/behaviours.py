@@ -99,8 +99,12 @@ class LookingBehaviour(CellBehaviour):
 
     def start(self) -> None:
         """Wait for the next frame."""
+        self._wait_for_frame(self.cell.time)
+
+    def _wait_for_frame(self, earliest: float) -> None:
+        """Wait for the first frame that begins at or after a time [s]."""
         self._result, (_, camera) = None, self.chosen_camera()
-        self._exposure = camera.next_exposure(self.cell.time)
+        self._exposure = camera.next_exposure(earliest)
         camera.request(self._robots)
 
     def update(self) -> Status:
@@ -158,7 +162,8 @@ class LookingBehaviour(CellBehaviour):
     def again(self, reason: str) -> Status:
         """Take the next frame, for a reason."""
         self.feedback_message = reason
-        self.start()
+        later = self._exposure + 0.5 / self.chosen_camera()[1].rate  # not the same frame again
+        self._wait_for_frame(max(self.cell.time, later))
         return Status.RUNNING
 
 

@@ -29,8 +29,6 @@ PERIOD = 0.1
 NAMED, NAMELESS = Color(r=0.94, g=0.24, b=0.78, a=1.0), Color(r=0.16, g=0.2, b=0.27, a=1.0)
 """Colours of outlines of objects, and of things without a name."""
 
-CHANNELS = "red", "green", "blue", "alpha"
-
 
 class SeenMessages:
     """Adds the frames that a run uses and what was detected in them, and believed poses.
@@ -113,7 +111,7 @@ def cloud(frame: Frame) -> PointCloud:
     message.pose.orientation.w = 1.0
     for i, name in enumerate("xyz"):
         message.fields.add(name=name, offset=4 * i, type=PackedElementField.FLOAT32)
-    for i, name in enumerate(CHANNELS):
+    for i, name in enumerate(("red", "green", "blue", "alpha")):
         message.fields.add(name=name, offset=12 + i, type=PackedElementField.UINT8)
     return message
 

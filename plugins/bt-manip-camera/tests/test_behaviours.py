@@ -82,11 +82,15 @@ def until_done(cell, poses, models):
 
 
 @pytest.mark.parametrize("make", [Wait, SeeObjects])
-@pytest.mark.parametrize(("empty", "ended"), [(3, 0.405), (99, 0.605)])
+@pytest.mark.parametrize(
+    ("period", "empty", "requested", "ended"),
+    [(0.1, 3, 0.305, 0.405), (0.1, 99, None, 0.605), (0.045, 3, 0.135, 0.185)],  # ticks at 45 ms
+)
 def test_a_thing_is_looked_for_in_each_frame_until_it_is_seen_or_the_time_is_over(
-    cell, poses, until_done, make, empty, ended
+    cell, poses, until_done, make, period, empty, requested, ended
 ):
     frames = chain(repeat(EMPTY, empty), repeat(CUBE))
+    cell.find("eye").rate = 1.0 / period
     cell.find("eye").source = lambda: next(frames)[:2]
     leaf = make(**{"object" if make is Wait else "objects": "cube"}, timeout=0.48)
     status, time = until_done(leaf)
@@ -94,7 +98,7 @@ def test_a_thing_is_looked_for_in_each_frame_until_it_is_seen_or_the_time_is_ove
     assert (status is NodeStatus.SUCCESS) == ("cube" in cell.entities) == (empty == 3)
     if empty == 3:
         assert np.abs(cell.pose("cube").translation - (0.32, 0.03, 1.025)).max() < 2e-3
-        assert poses.source.seen["cube"].time == pytest.approx(0.305)
+        assert poses.source.seen["cube"].time == pytest.approx(requested)
     else:
         assert "'cube' is not seen; seen is " in leaf.feedback_message
 

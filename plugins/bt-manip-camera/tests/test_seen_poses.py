@@ -15,6 +15,7 @@ from bt_manip.runner import RunLoop, RunObserver, prepare, request_of
 from bt_manip.scenes import SceneObject
 from bt_manip.spatial import pose
 from bt_manip_camera.behaviours import IsSeen
+from bt_manip_camera.estimation import Estimate
 from bt_manip_camera.seen import SeenPoses
 
 
@@ -153,13 +154,10 @@ def test_without_opengl_nothing_starts(parts, monkeypatch):
 
 
 def test_state_of_what_was_seen_is_plain_data():
-    from bt_manip_camera.estimation import Estimate
-
-    source = SeenPoses.__new__(SeenPoses)
-    source.expected, source.seen, source.lost = (), {}, {"can"}
+    source, other = SeenPoses(()), SeenPoses(())
+    source.lose("can")
     T_wo = pose((0.1, 0.2, 0.3), (0.6, 0.0, 0.0, 0.8))
     source.report(Estimate("cube", T_wo, 1e-3, 2e-3, 0.5, "eye"))
-    other = SeenPoses.__new__(SeenPoses)
     other.set_state(source.get_state())
     assert other.seen["cube"].T_wo.isApprox(T_wo)
     seen = other.seen["cube"]

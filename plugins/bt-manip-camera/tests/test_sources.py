@@ -154,25 +154,23 @@ TREE = """<root BTCPP_format="4"><BehaviorTree ID="Look"><EstimatePose object="c
 
 @pytest.fixture
 def prepare_real(tmp_path, monkeypatch):
-    """Prepare a run of `TREE` with the fake arm, for options of ``--camera``."""
+    """Give a function that prepares a run of `TREE` with the fake arm, for a ``--camera``."""
     monkeypatch.syspath_prepend(str(DEVICES))
     monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(DEVICES))
     parts = load_plugins(warn=lambda text: None).parts
     (tmp_path / "scene.toml").write_text(SCENE)
     (tmp_path / "look.xml").write_text(TREE)
-    runs = []
+    with contextlib.ExitStack() as stack:
 
-    def make(*cameras):
-        run = prepare(request_of(
-            str(tmp_path / "look.xml"), parts, scene=str(tmp_path / "scene.toml"), poses="seen",
-            backend="fake=0.5", modifiers={"camera": cameras} if cameras else {},
-        ), parts)  # fmt: skip
-        runs.append(run)
-        return run
+        def make(camera):
+            run = prepare(request_of(
+                str(tmp_path / "look.xml"), parts, scene=str(tmp_path / "scene.toml"), poses="seen",
+                backend="fake=0.5", modifiers={"camera": [camera]},
+            ), parts)  # fmt: skip
+            stack.callback(run.station.hardware.close)
+            return run
 
-    yield make
-    for run in runs:
-        run.station.hardware.close()
+        yield make
 
 
 def sent(frame, age=0.0):

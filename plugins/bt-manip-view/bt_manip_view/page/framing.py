@@ -35,8 +35,6 @@ SAME = 1e-3
 MAX_FRAMED_POINTS = 20_000
 """Largest number of framed points, present and past."""
 
-UP = np.array([0.0, 0.0, 1.0])
-
 
 class Framing:
     """Places the camera of each browser, until its user moves it."""
@@ -177,7 +175,7 @@ def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
 
 def view_axes(forward: np.ndarray) -> np.ndarray:
     """Return the axes of a camera without roll, as columns; up is as long as forward."""  # (3, 3)
-    right = np.cross(forward, UP + (1e-6, 0.0, 0.0))  # not zero when looking straight down
+    right = np.cross(forward, (1e-6, 0.0, 1.0))  # not zero when looking straight down
     right /= np.linalg.norm(right)
     return np.column_stack([right, np.cross(right, forward), forward])
 

@@ -103,7 +103,8 @@ class History:
 
     def begin_tick(self) -> None:
         """Let further events lead to the next state."""
-        self._close()
+        if self._is_open:
+            self._ends[-1], self._is_open = len(self._events), False
 
     def end_tick(self, time: float, poses: np.ndarray, steps: Mapping[str, Step]) -> None:
         """Add the state after a tick, or before the first one.
@@ -114,7 +115,7 @@ class History:
             steps: Last control step of each robot; none before the first tick.
         """
         with self._lock:
-            self._close()
+            self.begin_tick()
             self.times.append(time)
             self._poses.append(poses)
             self._steps.append(steps)
@@ -234,10 +235,6 @@ class History:
 
     def _part(self, first: int, end: int) -> slice:
         return slice(max(first - self.first, 0), max(end - self.first, 0))
-
-    def _close(self) -> None:
-        if self._is_open:
-            self._ends[-1], self._is_open = len(self._events), False
 
     def _forget(self, count: int) -> None:
         """Forget the oldest states."""

@@ -202,12 +202,6 @@ class _RobotJog:
         else:
             gripper.close(min(GRIP_FORCE, gripper.max_force))
 
-    def _save_as(self, name: str) -> str:
-        q = tuple(self._arm.q_ref.tolist())
-        message = self._save(name, q)
-        self._robot.robot.configurations[name] = q
-        return message
-
     # Callbacks
 
     def _slider_moved(self, i: int, event: Any) -> None:
@@ -224,7 +218,8 @@ class _RobotJog:
         self.requests["gripper"] = partial(self._grip, event.value)
 
     def _save_pressed(self, _: Any) -> None:
-        self.requests["save"] = partial(self._save_as, self._name.value)
+        name = self._name.value
+        self.requests["save"] = lambda: self._save(name, self._arm.q_ref.tolist())
 
 
 class _NoDetour:

@@ -6,6 +6,7 @@ import http
 import io
 import logging
 import math
+import socket
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -15,6 +16,8 @@ from urllib.parse import urlsplit
 import msgspec
 import viser
 import websockets.asyncio.server
+
+from bt_manip.exceptions import BtManipError
 
 from .gui import Gui
 from .site import PROTOCOL, Site
@@ -53,7 +56,14 @@ def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer
     Args:
         port: The first port to try; 0: chosen by the system.
         site: The page around the scene; default: an empty one.
+
+    Raises:
+        BtManipError: If the computer lets no port be opened.
     """
+    try:
+        socket.create_server((HOST, 0)).close()
+    except OSError as error:  # viser would wait for ever
+        raise BtManipError(f"no page can be served on {HOST}: {error.strerror}") from error
     # viser prints a line, and websockets a traceback, for each unusable connection.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     # viser warns if a browser disconnects while its camera is being moved.

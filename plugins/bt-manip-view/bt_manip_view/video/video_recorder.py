@@ -229,8 +229,10 @@ class VideoRecorder(RunObserver):
         self._due = self._start + self._frames / self._fps - half_step
         if self._renderer is None or self._file is None:
             return
-        time = self._cell.time
-        text = overlay_text(time, _running_leaves(self._run.tree)) if self._overlay else ""
+        time, running = self._cell.time, NodeStatus.RUNNING
+        leaves = [node for node in self._run.tree.nodes if not node.children]
+        names = [leaf.name for leaf in leaves if leaf.engine_status is running]
+        text = overlay_text(time, names) if self._overlay else ""
         pixels = self._renderer.frame(self._cell.data, self._number, text)
         self._file.add(time - self._start, pixels)
 
@@ -264,8 +266,3 @@ def overlay_text(time: float, leaves: Iterable[str]) -> str:
     """Return the text over a frame: simulated time [s], and the names of the running leaves."""
     lines = [f"{time:.2f} s", *(f"{name}  RUNNING" for name in leaves)]
     return "\n".join(lines).encode("ascii", "replace").decode()  # MuJoCo's font has no others
-
-
-def _running_leaves(tree: Any) -> list[str]:
-    running = NodeStatus.RUNNING
-    return [one.name for one in tree.nodes if not one.children and one.engine_status is running]

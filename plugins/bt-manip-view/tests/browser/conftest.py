@@ -4,9 +4,6 @@ import io
 import os
 import re
 import shutil
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -19,11 +16,10 @@ playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright i
 
 from PIL import Image  # noqa: E402
 
+from ..conftest import PATIENCE, Program  # noqa: E402
+
 ARTEFACTS = Path(os.environ.get("BT_MANIP_ARTEFACTS", ".ci/artefacts"))
 """Where the screenshots are kept."""
-
-PATIENCE = 90.0
-"""Longest wait for anything, on a loaded computer [s]: not that of a passing test."""
 
 CHROMIUM_OPTIONS = (
     "--no-sandbox", "--disable-quic",
@@ -116,41 +112,6 @@ CORNERS = """
     }
 """
 """Gives the farthest coordinate of points of nodes, up to 1 in the picture, and their number."""
-
-
-class Program:
-    """``bt-manip`` in a process of its own, which serves pages."""
-
-    def __init__(self, folder: Path, *arguments: object) -> None:
-        self.errors = folder / "stderr.txt"
-        with self.errors.open("wb") as errors:
-            self.process = subprocess.Popen(
-                [sys.executable, "-u", "-m", "bt_manip", *map(str, arguments)],
-                stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            )  # fmt: skip
-        self.shown = ""
-        self.url = self.wait_for(r"http://127\.0\.0\.1:\d+")
-
-    def wait_for(self, pattern: str) -> str:
-        """Return the first text on standard output that matches, waiting for it."""
-        assert self.process.stdout is not None
-        while (found := re.search(pattern, self.shown)) is None:
-            line = self.process.stdout.readline()
-            assert line, f"{self.shown}\n{self.errors.read_text()}"
-            self.shown += line
-        return found[0]
-
-    def interrupt(self) -> int:
-        """Press Ctrl-C and return the exit code."""
-        self.process.send_signal(signal.SIGINT)
-        return self.process.wait(PATIENCE)
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        assert self.process.stdout is not None
-        self.process.stdout.close()
 
 
 class Window:
@@ -388,36 +349,24 @@ def open_window(chromium) -> Iterator[Callable[..., Window]]:
     """Give a function that opens an address in a window with an empty profile.
 
     It takes whether the window has the scene, and whether that has the light of its environment:
-    both take seconds.
+    both take seconds. In the end, no script may have failed.
     """
-    contexts = []
+    windows: list[Window] = []
 
     def open_window(url: str, *, scene: bool = True, light: bool = True) -> Window:
-        contexts.append(chromium.new_context(viewport=SIZE))
-        contexts[-1].set_default_timeout(1e3 * PATIENCE)
-        contexts[-1].add_init_script(DRAW_ON_REQUEST + FIXED_RESOLUTION)
-        contexts[-1].add_init_script(f"window.light = {str(light).lower()};")
+        context = chromium.new_context(viewport=SIZE)
+        context.set_default_timeout(1e3 * PATIENCE)
+        context.add_init_script(DRAW_ON_REQUEST + FIXED_RESOLUTION)
+        context.add_init_script(f"window.light = {str(light).lower()};")
         if not scene:
-            contexts[-1].route("**/scene*", empty)
-        return Window(contexts[-1].new_page(), url)
+            context.route("**/scene*", empty)
+        windows.append(Window(context.new_page(), url))
+        return windows[-1]
 
     yield open_window
-    for context in contexts:
-        context.close()
-
-
-@pytest.fixture(scope="module")
-def start(tmp_path_factory) -> Iterator[Callable[..., Program]]:
-    """Give a function that starts ``bt-manip`` with some arguments."""
-    programs: list[Program] = []
-
-    def start(*arguments: object) -> Program:
-        programs.append(Program(tmp_path_factory.mktemp("program"), *arguments))
-        return programs[-1]
-
-    yield start
-    for program in programs:
-        program.close()
+    for window in windows:
+        window.page.context.close()
+    assert not [line for window in windows for line in window.log]
 
 
 @pytest.fixture(scope="module")
@@ -429,10 +378,9 @@ def shared_window(program: Program, open_window: Callable[..., Window]) -> Windo
 
 
 @pytest.fixture
-def window(shared_window: Window) -> Iterator[Window]:
+def window(shared_window: Window) -> Window:
     """Give the page of a run that goes on in real time."""
     if shared_window.button("Continue").count():
         shared_window.press("Continue")
     shared_window.button("Pause").wait_for()
-    yield shared_window
-    assert not shared_window.log
+    return shared_window

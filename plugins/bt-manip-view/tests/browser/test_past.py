@@ -1,6 +1,7 @@
 """Any past time of a run on its page: live, paused and ended, opened from the start and late."""
 
 import json
+from contextlib import closing
 
 import pytest
 
@@ -8,7 +9,8 @@ from bt_manip.bt import AlwaysFailure, AlwaysSuccess, Sequence
 from bt_manip_recording import Recording, Timeline
 from bt_manip_view import Page
 
-from .conftest import PATIENCE, Program, Window, wait_until
+from ..conftest import PATIENCE, Program
+from .conftest import Window, wait_until
 from .recorded_past import Past, back_to_now, check_moments
 
 MOMENTS = 0.1, 0.4, 0.7, 0.95
@@ -58,7 +60,6 @@ def test_any_past_time_of_a_run_that_goes_on_is_that_of_its_recording(early, pat
     assert float(line_of(early).get_attribute("data-shown")) == moment
     back_to_now(early)
     early.wait_for_tree(r"▶ (Hover|Reach|Lift|Drop) ")  # it follows again
-    assert not early.log
 
 
 def test_a_page_that_is_opened_late_has_the_past_of_a_paused_run_and_what_its_address_says(
@@ -96,7 +97,6 @@ def test_a_page_that_is_opened_late_has_the_past_of_a_paused_run_and_what_its_ad
     shown = line_of(late).get_attribute("data-shown")
     wait_until(lambda: line_of(early).get_attribute("data-shown") == shown)  # all show the same
     back_to_now(late)
-    assert not late.log
     late.page.context.close()
     window.press("Whole run")
 
@@ -138,9 +138,7 @@ def test_recording_and_report_of_the_run_on_the_page_can_be_saved(early, path, p
     with early.page.expect_download(timeout=1e3 * PATIENCE) as saved:
         early.page.get_by_text("Report", exact=True).dispatch_event("click")
     assert json.loads(saved.value.path().read_text())["status"] == "INTERRUPTED"
-    assert not early.log
     assert program.interrupt() == 130
-    assert not program.errors.read_text()
 
 
 @pytest.mark.soak
@@ -159,20 +157,19 @@ def test_a_run_of_two_robots_that_has_ended_is_shown_as_a_whole(start, open_wind
     for y in (0.4, 0.65):  # the lanes
         row = pixels[int(y * len(pixels))]
         assert len({tuple(one) for one in row.tolist()}) > 4  # leaves in each of them
-    assert not window.log
 
 
 @pytest.mark.parametrize("failing", [pytest.param(None, marks=pytest.mark.soak), 14])
 def test_a_large_tree_that_has_ended_opens_where_it_failed_or_two_levels(
     make_run, parts, open_window, failing
 ):
-    page = Page({"tree": parts.of("panels").get("tree")}, port=0, speed=None)
     leaves = (AlwaysFailure if i == failing else AlwaysSuccess for i in range(16))
     nodes = [
         Sequence(f"part {i}", AlwaysSuccess(f"first of {i}"), leaf(f"second of {i}"))
         for i, leaf in enumerate(leaves)
     ]
-    try:
+    panels = {"tree": parts.of("panels").get("tree")}
+    with closing(Page(panels, port=0, speed=None)) as page:
         make_run(Sequence("all", nodes)).execute([page])
         window = open_window(page.url, scene=False)
         window.wait_for_tree("part 13")
@@ -180,5 +177,3 @@ def test_a_large_tree_that_has_ended_opens_where_it_failed_or_two_levels(
         assert "first of 2" not in shown
         assert ("second of 14" in shown) == (failing is not None)
         window.page.context.close()
-    finally:
-        page.close()

@@ -14,7 +14,7 @@ from bt_manip.bt import Sleep
 from bt_manip.cli import Interrupt
 from bt_manip_recording import McapRecorder
 
-SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU")
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
 
 LOOPBACK = {"0100007F", "0" * 24 + "01000000", "0000000000000000FFFF00000100007F"}
 """127.0.0.1, ::1, and 127.0.0.1 as an IPv6 address, as the kernel writes them."""
@@ -25,9 +25,7 @@ LISTENING = "0A"
 @pytest.fixture
 def interrupt():
     """Handle signals as the program does."""
-    interrupt, handlers = Interrupt(), {}
-    for name in SIGNALS:
-        handlers[getattr(signal, name)] = signal.getsignal(getattr(signal, name))
+    interrupt, handlers = Interrupt(), {number: signal.getsignal(number) for number in SIGNALS}
     interrupt.install()
     yield interrupt
     for number, handler in handlers.items():
@@ -80,10 +78,8 @@ def sockets_of(process: subprocess.Popen) -> list[tuple[str, str, str]]:
             inodes.add(target[8:-1])
     found = []
     for kind in ("tcp", "tcp6", "udp", "udp6"):
-        lines = (folder / "net" / kind).read_text().splitlines()[1:]
-        for _, local, remote, state, *_, inode in (
-            (*line.split()[:4], line.split()[9]) for line in lines
-        ):
+        for line in (folder / "net" / kind).read_text().splitlines()[1:]:
+            _, local, remote, state, *_, inode = line.split()[:10]
             if inode in inodes:
                 found.append((local.split(":")[0], remote.split(":")[0], state))
     return found

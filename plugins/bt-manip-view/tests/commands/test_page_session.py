@@ -14,23 +14,16 @@ import pytest
 from bt_manip.cli import RunOptions, Session
 from bt_manip_view.page.session_panel import RunChoice, SessionPanel
 
+from ..page.conftest import Client
+
 SAVED = Path("configurations.toml")
 
-MOVE = """
-<root BTCPP_format="4">
-  <BehaviorTree ID="Main">
-    <Sequence><MoveToConfiguration configuration="0;-0.7;0;-2.2;0;1.6;0.8"/></Sequence>
-  </BehaviorTree>
-</root>
-"""
-SAVED_MOVE = MOVE.replace("0;-0.7;0;-2.2;0;1.6;0.8", "above")
+TARGET = "0;-0.7;0;-2.2;0;1.6;0.8"
 
 
 @pytest.fixture
-def tree(tmp_path):
-    path = tmp_path / "tree.xml"
-    path.write_text(MOVE)
-    return str(path)
+def tree(task):
+    return str(task(f'<MoveToConfiguration configuration="{TARGET}"/>'))
 
 
 class Visit(Session):
@@ -46,30 +39,6 @@ class Visit(Session):
         if step is not None:
             step()
         return False
-
-
-class User:
-    """Uses the inputs of the page, and reads it, as a browser does."""
-
-    def __init__(self, gui):
-        self._gui = gui
-
-    def elements(self, kind):
-        changes = json.loads(self._gui.snapshot()[1])
-        return [(uid, props) for _, uid, _, found, props in changes[1:] if found == kind]
-
-    def use(self, kind, label, event, value=None):
-        (uid,) = [uid for uid, one in self.elements(kind) if label in one["label"]]
-        message = {"id": uid, "event": event, "value": value}
-        assert self._gui.receive(json.dumps(message))
-
-    def jog(self, value):
-        """Move the slider of the first joint."""
-        self.use("slider", "joint1", "value", value)
-
-    @property
-    def text(self):
-        return "".join(one["content"] for _, one in self.elements("html"))
 
 
 @pytest.fixture
@@ -89,7 +58,10 @@ def session(options, interrupt, tmp_path, monkeypatch):
 
 @pytest.fixture
 def user(session):
-    return User(session.views["view"].gui)
+    """Open the page."""
+    client = Client(session.views["view"])
+    yield client
+    client.close()
 
 
 @pytest.fixture
@@ -127,10 +99,10 @@ def test_a_run_begins_where_the_arm_was_jogged_and_after_a_reset_is_that_of_the_
     serve(("run", chosen))
     assert session.last.report.state_digest == expected
     before = session.station
-    serve(lambda: user.jog(0.4), *WHILE, ("run", chosen))
+    serve(lambda: user.set("slider", "joint1 [rad]", 0.4), *WHILE, ("run", chosen))
     assert session.last.run.station is before
     assert session.last.report.status == "SUCCESS"
-    ((_, result),) = user.elements("result")
+    result = user.see().find("result")
     assert "began where the arm was jogged" in result["text"]  # no command repeats it
     serve(("reset", chosen), ("run", chosen))
     assert session.last.report.state_digest == expected
@@ -156,7 +128,7 @@ def test_the_command_of_the_result_repeats_the_run(
     chosen = choice(str(tree), scene="two_arms", seed=4, cycles=2)
     serve(("reset", chosen), ("run", chosen))
     digest = session.last.report.state_digest
-    ((_, result),) = user.elements("result")
+    result = user.see().find("result")
     (command,) = re.findall("bt-manip (run .* --record run.mcap)", result["text"])
     assert bt_manip(*shlex.split(command), "--quiet", "--report", "kept.json").code == 0
     assert json.loads(Path("kept.json").read_text())["state_digest"] == digest
@@ -186,28 +158,32 @@ def test_mistakes_and_exceptions_are_shown_and_the_session_goes_on(
 ):
     for wrong, message in MISTAKES:
         serve(("run", choice(tree)._replace(**wrong)))
-        assert message in user.text
+        assert message in user.text()
     serve(("run", choice(f"{trees}:loud")))
-    assert "so loud" in user.text
+    assert "so loud" in user.text()
     serve(("reset", choice(tree)), ("run", choice(tree)))
     assert session.last.report.status == "SUCCESS"
-    assert 'class="error"' not in user.text
+    assert 'class="error"' not in user.text()
     capfd.readouterr()
 
 
 def save(user, name):
-    user.use("text", "Save as", "value", name)
-    user.use("button", "Save configuration", "click")
+    user.set("text", "Save as", name)
+    user.press("Save configuration")
 
 
 def test_a_saved_configuration_can_be_named_by_the_next_tree_also_in_a_new_file(
     session, serve, user, tree, tmp_path, bt_manip
 ):
     saved, file = tmp_path / "saved.xml", tmp_path / "new.toml"
-    saved.write_text(SAVED_MOVE)
-    serve(lambda: user.jog(0.4), *WHILE, *WHILE, lambda: save(user, "above"))
+    saved.write_text(Path(tree).read_text().replace(TARGET, "above"))
+    serve(
+        lambda: user.set("slider", "joint1 [rad]", 0.4), *WHILE, *WHILE, lambda: save(user, "above")
+    )
     assert (tmp_path / SAVED).is_file()
-    assert str(tmp_path / SAVED) in user.text
+    assert str(tmp_path / SAVED) in user.text()
+    serve(("run", choice(str(saved))))
+    assert session.last.report.status == "SUCCESS"
     serve(("reset", choice(str(saved))), ("run", choice(str(saved))))
     assert session.last.report.status == "SUCCESS"
     assert session.station.robot.q[0] == pytest.approx(0.4, abs=2e-3)
@@ -231,15 +207,15 @@ def test_a_cell_that_raises_or_exits_stands_still_until_the_next_request(
     start = time.perf_counter()
     serve(*[None] * 20)
     assert time.perf_counter() - start > 0.3  # 40 ticks in real time, not as fast as possible
-    assert "the physics diverged" in user.text
+    assert "the physics diverged" in user.text()
     serve(("reset", choice(tree)))
     assert session.station.cell.time > 0.0
     monkeypatch.setattr(session.plugins.parts.controllers, "get", leave)
     serve(("reset", choice(tree)))
-    assert "SystemExit: no license" in user.text
+    assert "SystemExit: no license" in user.text()
     monkeypatch.setattr(session.station.cell, "step", leave)
     serve(None)
-    assert "stands still: no license" in user.text
+    assert "stands still: no license" in user.text()
 
 
 def test_an_interrupt_ends_a_page_whose_cell_hangs(session, serve, monkeypatch):

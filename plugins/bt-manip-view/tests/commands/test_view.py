@@ -1,7 +1,6 @@
 """``--view``: the page is announced, stays up after the run, and Ctrl-C ends it."""
 
 import json
-import re
 import signal
 import subprocess
 import sys
@@ -15,33 +14,17 @@ from ..page.conftest import CAMERA, PROTOCOLS
 from .conftest import using_loopback_only
 
 
-def test_the_page_is_served_on_loopback_until_ctrl_c(trees, tmp_path):
-    tree, report = f"{trees}:quick", tmp_path / "report.json"
-    process = subprocess.Popen(
-        [sys.executable, "-u", "-m", "bt_manip", "run", tree, "--view", "--report", str(report)],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert process.stdout is not None
-    try:
-        with using_loopback_only(process):
-            address = ""
-            while not address:
-                line = process.stdout.readline()
-                assert line
-                address = "".join(re.findall(r"http://(127\.0\.0\.1:\d+)", line))
-            # A browser that shows the scene: without one, the run begins after 10 s.
-            scene = connect(
-                f"ws://{address}/scene", subprotocols=[PROTOCOLS["scene"]], max_size=None
-            )
-            scene.send(msgspec.msgpack.encode(CAMERA))
-            while "stays up" not in line:
-                line = process.stdout.readline()
-                assert line
-            assert urllib.request.urlopen(f"http://{address}", timeout=30).status == 200
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0
-    finally:
-        process.kill()
+def test_the_page_is_served_on_loopback_until_ctrl_c(start, trees, tmp_path):
+    report = tmp_path / "report.json"
+    program = start("run", f"{trees}:quick", "--view", "--report", report)
+    with using_loopback_only(program.process):
+        # A browser that shows the scene: without one, the run begins after 10 s.
+        address = f"{program.url.replace('http', 'ws')}/scene"
+        scene = connect(address, subprotocols=[PROTOCOLS["scene"]], max_size=None)
+        scene.send(msgspec.msgpack.encode(CAMERA))
+        program.wait_for("stays up")
+        assert urllib.request.urlopen(program.url, timeout=30).status == 200
+    assert program.interrupt() == 0
     assert json.loads(report.read_text())["status"] == "SUCCESS"
 
 
@@ -56,12 +39,9 @@ def test_ctrl_c_ends_a_page_that_is_prepared():
         process.kill()
 
 
-def test_a_breakpoint_at_an_unknown_node_is_bad_input(bt_manip, tmp_path):
-    tree = tmp_path / "tree.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sleep msec="10"/></BehaviorTree></root>'
-    )
-    done = bt_manip("run", tree, "--view", "--view-port", "0", "--view-breakpoints", "Sleep; Slept")
+def test_a_breakpoint_at_an_unknown_node_is_bad_input(bt_manip, task):
+    options = ("--view", "--view-port", "0", "--view-breakpoints", "Sleep; Slept")
+    done = bt_manip("run", task('<Sleep msec="10"/>'), *options)
     assert done.code == 2
     assert "breakpoint: no node is called 'Slept'; did you mean 'Sleep'?" in done.err
 

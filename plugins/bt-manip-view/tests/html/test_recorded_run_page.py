@@ -116,8 +116,7 @@ def test_text_of_the_recording_stays_text(make_run, tmp_path):
     assert all((script.text or "") != "alert(1)" for script in with_player.iter("script"))
 
 
-def test_an_incomplete_recording_gives_a_report_that_says_so(page, picked, tmp_path):
-    assert "without an end" not in shown(page)
+def test_an_incomplete_recording_gives_a_report_that_says_so(picked, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(picked.read_bytes()[: picked.stat().st_size * 3 // 4])  # in the second cycle
     text = shown(html.document_fromstring(run_page(Recording(cut))))

@@ -7,9 +7,11 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from typing import Any
 
 import msgspec
+import mujoco
 import numpy as np
 import pytest
 import viser
@@ -30,6 +32,20 @@ CAMERA = {
     "up_direction": (0.0, 0.0, 1.0),
 }  # fmt: skip
 """The first message of a scene; viser ignores inputs before it."""
+
+
+THING = """
+<mujoco><worldbody>
+  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1" pos="0 0 1"/></body>
+</worldbody></mujoco>"""
+
+
+def box_called(name: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return a model of a box that can move, and its state."""
+    model = mujoco.MjModel.from_xml_string(THING.replace("thing", name))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
@@ -249,15 +265,13 @@ def page(parts) -> Iterator[Page]:
 @pytest.fixture
 def connect(page) -> Iterator[Callable[..., Any]]:
     """Give a function that opens the scene of the page, or the page around it."""
-    clients: list[Client] = []
+    with ExitStack() as stack:
 
-    def open_client(what: str = "scene", **headers: str) -> Client:
-        clients.append((SceneClient if what == "scene" else Client)(page, **headers))
-        return clients[-1]
+        def open_client(what: str = "scene", **headers: str) -> Client:
+            client = (SceneClient if what == "scene" else Client)(page, **headers)
+            return stack.enter_context(closing(client))
 
-    yield open_client
-    for client in clients:
-        client.close()
+        yield open_client
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, read_tree
-from bt_manip_view.page.breakpoints import Breakpoints, marked_paths, paths_of, problem_of
+from bt_manip_view.page.breakpoints import Breakpoints, marked_paths, paths_of
 
 MARKED = """
 <root BTCPP_format="4" main_tree_to_execute="Main">
@@ -48,12 +48,6 @@ def test_an_attribute_of_a_node_marks_it_in_each_use_of_its_tree_without_a_warni
 )
 def test_a_name_a_path_or_its_end_names_nodes(name, paths):
     assert paths_of(name, NODES) == paths
-
-
-def test_an_unknown_name_is_told_with_the_nearest_one():
-    assert problem_of(["left"], NODES) == ""
-    expected = "breakpoint: no node is called 'lift'; did you mean 'left'?"
-    assert problem_of(["left", "lift"], NODES) == expected
 
 
 def test_each_tree_has_its_own_and_keeps_them():

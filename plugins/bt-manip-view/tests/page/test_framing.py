@@ -11,7 +11,6 @@ from bt_manip import build_station, spatial
 from bt_manip.bt import Sleep
 from bt_manip.cell.objects import Cube
 from bt_manip_recording import CellScene
-from bt_manip_view import Page
 from bt_manip_view.page.framing import FRAMED_SHARE, NOT_FRAMED, rotated
 from bt_manip_view.page.history import History
 
@@ -19,20 +18,14 @@ from .conftest import CAMERA, wait_until
 
 
 @pytest.fixture
-def station(make_run):
-    return make_run(Sleep(msec=10)).station
-
-
-@pytest.fixture
-def page(station):
-    page = Page({}, port=0, speed=None)
+def station(make_run, page):
+    station = make_run(Sleep(msec=10)).station
     page.begin_idle(station)
-    yield page
-    page.close()
+    return station
 
 
 @pytest.fixture
-def report(scene):
+def report(station, scene):
     """Give a function that reports a camera, and returns where the page puts it."""
 
     def report(**camera):

@@ -2,7 +2,6 @@
 
 from itertools import pairwise
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -13,12 +12,9 @@ from bt_manip_recording import CellScene, McapRecorder, RecordedRun, Recording, 
 from bt_manip_view.page.history import History
 from bt_manip_view.page.keep_panel import KeepPanel
 
-ROW = np.arange(6.0 * 2 + 3).tobytes()
+from .conftest import box_called
 
-THING = """
-<mujoco><worldbody>
-  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
-</worldbody></mujoco>"""
+ROW = np.arange(6.0 * 2 + 3).tobytes()
 
 
 def status(time, uid, name, old="IDLE"):
@@ -28,10 +24,7 @@ def status(time, uid, name, old="IDLE"):
 
 @pytest.fixture(scope="module")
 def source():
-    model = mujoco.MjModel.from_xml_string(THING)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return CellScene(model, data, {"thing": object()})
+    return CellScene(*box_called("thing"), {"thing": object()})
 
 
 def filled(source, ticks, **options):
@@ -53,16 +46,6 @@ def shown(events):
     return {event.data["uid"]: event for event in events}
 
 
-def test_each_state_has_the_events_that_lead_to_it(source):
-    past = filled(source, 20)
-    for before, index in ((-1, 0), (-1, 7), (7, 12), (12, 20)):
-        expected = [0.0] * (before < 0) + [0.01 * i for i in range(max(before, 0), index)]
-        assert [event.time for event in past.events(before, index)] == pytest.approx(expected)
-    for time, tick in ((0.0, 0), (0.074, 7), (0.08, 8), (9.0, 20), (-1.0, 0)):
-        past.seek(time)
-        assert past.index == tick and past.poses()[1, 0] == tick
-
-
 def test_a_full_memory_forgets_the_oldest_states_but_not_what_still_holds(source):
     whole, past = filled(source, 5000), filled(source, 5000, kept_bytes=500_000)
     assert past.size < 500_000 and 100 < len(past.times) < 1000
@@ -80,10 +63,7 @@ def test_a_full_memory_forgets_the_oldest_states_but_not_what_still_holds(source
 
 def test_things_are_in_the_past_in_which_they_were(source):
     past = filled(source, 5)
-    model = mujoco.MjModel.from_xml_string(THING.replace("thing/", "other/"))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    other = CellScene(model, data, {"other": object()})
+    other = CellScene(*box_called("other"), {"other": object()})
     past.look(other)
     for _ in range(5):
         past.begin_tick()

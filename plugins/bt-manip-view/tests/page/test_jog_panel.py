@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.bt import Sleep, Tree
-from bt_manip.exceptions import BtManipError
-from bt_manip.runner import Run, RunRequest, TreeSource
+from bt_manip.bt import Sleep
 from bt_manip.scenes import two_arms
 from bt_manip_view import Page
 from bt_manip_view.page.jog_panel import JogPanel
@@ -15,26 +13,10 @@ HANDLE = "/jog/panda"
 
 
 @pytest.fixture
-def saved():
-    return {}
-
-
-@pytest.fixture
-def panels():
-    return []
-
-
-@pytest.fixture
-def page(saved, panels):
-    def save(name, q):
-        if not name:
-            raise BtManipError("it has no name")
-        saved[name] = q
-        return f"'{name}' is saved"
-
+def page():
     def make(page):
-        panels.append(JogPanel(page, save))
-        return panels[-1]
+        page.jog = JogPanel(page, pytest.fail)
+        return page.jog
 
     page = Page({"jog": make}, port=0, speed=None)
     yield page
@@ -42,15 +24,14 @@ def page(saved, panels):
 
 
 @pytest.fixture
-def station(page, make_run):
-    station = make_run(Sleep(msec=10)).station
-    page.begin_idle(station)
-    return station
+def run(make_run):
+    return make_run(Sleep("rest", msec=30))
 
 
 @pytest.fixture
-def jog(panels, station):
-    return panels[0]
+def station(page, run):
+    page.begin_idle(run.station)
+    return run.station
 
 
 class User:
@@ -73,10 +54,6 @@ class User:
     def press(self, command):
         self.client.send(self.client.see().uid("button_group"), "click", command)
 
-    def save_as(self, name):
-        self.client.set("text", "Save as", name)
-        self.client.press("Save configuration")
-
     def wait(self, seconds=3.0):
         for _ in range(round(seconds / 0.01)):
             self.page.tick()
@@ -89,9 +66,7 @@ def user(page, client, scene, station):
     return User(page, client, scene, station)
 
 
-def test_a_slider_moves_its_joint_slowly_and_no_other_and_stays_where_it_was_put(
-    user, station, jog
-):
+def test_a_slider_moves_its_joint_slowly_and_no_other_and_stays_where_it_was_put(user, station):
     start = station.robot.q.copy()
     user.set_slider(1, -0.4)
     fastest = 0.0
@@ -99,7 +74,7 @@ def test_a_slider_moves_its_joint_slowly_and_no_other_and_stays_where_it_was_put
         user.wait(0.01)
         fastest = max(fastest, float(np.abs(station.arm.v).max()))
         if tick == 50:
-            assert user.sliders[1]["value"] == -0.4 and jog.moved
+            assert user.sliders[1]["value"] == -0.4 and user.page.jog.moved
     expected = start.copy()
     expected[1] = -0.4
     assert station.robot.q == pytest.approx(expected, abs=2e-3)
@@ -114,13 +89,13 @@ def test_sliders_follow_the_measured_joints(user, station):
     assert shown[0] == pytest.approx(0.3, abs=2e-3)
 
 
-def test_a_target_in_collision_is_refused_with_the_reason(user, station, jog):
+def test_a_target_in_collision_is_refused_with_the_reason(user, station):
     start = station.robot.q.copy()
     user.set_slider(1, 1.7)  # into the table
     user.wait(0.5)
     assert not station.arm.busy
     assert station.robot.q == pytest.approx(start, abs=1e-3)
-    assert "table" in user.client.text() and not jog.moved
+    assert "table" in user.client.text() and not user.page.jog.moved
 
 
 def test_the_handle_moves_the_tool(user, station):
@@ -152,20 +127,7 @@ def test_the_gripper_closes_and_opens(user, station):
     assert station.gripper.is_open
 
 
-def test_a_configuration_is_saved_by_name(user, station, saved):
-    user.set_slider(0, 0.5)
-    user.wait()
-    user.save_as("above_bin")
-    user.wait(0.1)
-    assert saved["above_bin"][0] == pytest.approx(0.5)
-    assert station.robot.configuration("above_bin")[0] == pytest.approx(0.5)
-    assert "is saved" in user.client.text()
-    user.save_as("")
-    user.wait(0.1)
-    assert "it has no name" in user.client.text()
-
-
-def test_nothing_can_be_jogged_while_a_tree_runs(user, page, station):
+def test_nothing_can_be_jogged_while_a_tree_runs(user, page, run, station):
     def offered():
         buttons = user.client.see().find("button_group"), user.client.find("text", "Save as")
         return [
@@ -173,8 +135,6 @@ def test_nothing_can_be_jogged_while_a_tree_runs(user, page, station):
             *(one["visible"] for one in buttons),
         ]  # fmt: skip
 
-    tree = Tree(Sleep("rest", msec=30), clock=station.clock)
-    run = Run(RunRequest(TreeSource("test", "python")), tree, station)
     q = station.robot.q.copy()
     user.set_slider(0, 0.5)
     run.execute([page])

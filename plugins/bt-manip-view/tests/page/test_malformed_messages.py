@@ -1,15 +1,17 @@
 """Whatever a page sends, or does not read: the run stays as it is."""
 
+import gc
 import json
 import random
 import socket
 import threading
 import time
+import tracemalloc
 from urllib.parse import urlsplit
 
 import msgspec
+import numpy as np
 import pytest
-import viser
 import websockets.exceptions
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
@@ -20,7 +22,7 @@ from bt_manip_view.page import server as page_server
 from bt_manip_view.page.gui import Gui
 from bt_manip_view.page.viser_internals import viser_messages
 
-from .conftest import CAMERA
+from .conftest import CAMERA, PROTOCOLS, wait_until
 
 KINDS = (
     "ViewerCameraMessage", "GuiUpdateMessage", "GuiButtonHoldMessage", "GuiFormSubmitMessage",
@@ -42,10 +44,8 @@ def scene_messages(number):
     encode = msgspec.msgpack.encode
     fixed = [b"", "text", b"\xc1", NESTED, b"\x81\xa4type" + NESTED, b"\xff" * 200_000, encode([]),
              encode({"type": 3}), encode({"type": "x" * 100_000}), encode({1: 2})]  # fmt: skip
-    for index in range(number):
-        if index < len(fixed):
-            yield fixed[index]
-            continue
+    yield from fixed
+    for _ in range(number - len(fixed)):
         kind = rng.choice(KINDS)
         fields = getattr(getattr(viser_messages, kind, None), "__dataclass_fields__", ("uuid",))
         values = (*VALUES, b"x", [float("nan")] * 4)
@@ -63,29 +63,24 @@ def page_messages(number, elements):
              '{"id":' * 20_000, '{"id": 1}', '{"event": "click"}', "{" * 1000]  # fmt: skip
     # What they offer is chosen by valid messages, which are left out here.
     events = ("value", "click", "breakpoint", "seek", "", "set", "no event")
-    for index in range(number):
-        if index < len(fixed):
-            yield fixed[index]
-            continue
+    yield from fixed
+    for _ in range(number - len(fixed)):
         element = rng.choice([*elements])
         value = rng.choice(VALUES)
         event = rng.choice(events)
-        if Gui().add(**elements[element]).accepts(value) or value is None or event in ("seek",):
+        if Gui().add(**elements[element]).accepts(value) or value is None or event == "seek":
             value = {"not": ["offered"]}
         uid = rng.choice((element, element, element, *VALUES))
         text = json.dumps({"id": uid, "event": rng.choice((event, event, *VALUES)), "value": value})
         yield text[: rng.randrange(len(text))] if rng.random() < 0.2 else text
 
 
-def moving():
-    return Sequence(
-        SpawnObject(object="{cube}"), MoveHome(), Sleep(msec=500), RemoveObject(object="{cube}")
-    )
-
-
 def digest_of(make_run, *observers):
     recorder = Recorder("test", 0)
-    make_run(moving()).execute([recorder, *observers])
+    root = Sequence(
+        SpawnObject(object="{cube}"), MoveHome(), Sleep(msec=500), RemoveObject(object="{cube}")
+    )
+    make_run(root).execute([recorder, *observers])
     return recorder.report().state_digest
 
 
@@ -185,26 +180,61 @@ def test_the_inputs_of_a_page_accept_only_values_that_they_offer():
         assert not gui.receive(json.dumps({"id": one.uid, "event": "value", "value": values[:1]}))
 
 
-@pytest.mark.parametrize("protocol", [f"viser-v{viser.__version__}", "bt-manip"])
-def test_a_page_that_stops_reading_is_disconnected(page, monkeypatch, protocol):
-    monkeypatch.setattr(page_server, "STALLED", 0.5)
+@pytest.fixture(params=PROTOCOLS.values())
+def unread(page, request):
+    """Open the page, and the scene, by a socket that nobody reads."""
     address = urlsplit(page.url)
     with socket.create_connection((address.hostname, address.port), timeout=10) as client:
         lines = (
             "GET / HTTP/1.1", f"Host: {address.netloc}", "Upgrade: websocket",
             "Connection: Upgrade", "Sec-WebSocket-Version: 13",
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
-            f"Sec-WebSocket-Protocol: {protocol}", "", "",
+            f"Sec-WebSocket-Protocol: {request.param}", "", "",
         )  # fmt: skip
         client.sendall("\r\n".join(lines).encode())
         assert client.recv(12) == b"HTTP/1.1 101"
-        deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
-        while not page.is_open:
-            assert time.monotonic() < deadline
-        text = page.gui.add_html("")
-        while page.is_open:
-            assert time.monotonic() < deadline
-            page.server.gui.set_panel_label(random.randbytes(200_000).hex())
-            text.content = random.randbytes(200_000).hex()
-            page.server.get_event_loop().call_soon_threadsafe(page.site.publish)
-            time.sleep(0.02)
+        wait_until(lambda: page.is_open)
+        yield client
+
+
+def send_much(page, text):
+    """Send 200 kB to the page, and to the scene."""
+    text.content = random.randbytes(100_000).hex()
+    page.server.gui.set_panel_label(text.content)
+    page.server.get_event_loop().call_soon_threadsafe(page.site.publish)
+    time.sleep(0.02)
+
+
+def test_a_page_that_stops_reading_is_disconnected(page, unread, monkeypatch):
+    monkeypatch.setattr(page_server, "STALLED", 0.5)
+    text = page.gui.add_html("")
+
+    def is_closed():
+        send_much(page, text)
+        return not page.is_open
+
+    wait_until(is_closed)
+
+
+@pytest.mark.soak
+def test_a_page_that_does_not_read_keeps_memory_flat(make_run, page, unread, monkeypatch):
+    monkeypatch.setattr(page_server, "STALLED", 1000.0)
+    text, sizes = page.gui.add_html(""), []
+
+    class Memory(RunObserver):
+        """Measures memory after each cycle, in which 2.4 MB are sent."""
+
+        def after_tick(self):
+            send_much(page, text)
+
+        def cycle_ended(self, status, reason):
+            gc.collect()
+            sizes.append(tracemalloc.get_traced_memory()[0])
+
+    root = Sequence(SpawnObject(object="{cube}"), Sleep(msec=100), RemoveObject(object="{cube}"))
+    tracemalloc.start()
+    try:
+        make_run(root, cycles=40).execute([page, Memory()])
+    finally:
+        tracemalloc.stop()
+    assert np.median(sizes[-3:]) - np.median(sizes[25:28]) < 2e6  # sockets buffer less than 60 MB

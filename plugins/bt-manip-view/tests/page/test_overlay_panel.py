@@ -21,8 +21,7 @@ class Watch(RunObserver):
         self.page, self.scene, self.seen = page, scene, []
 
     def run_started(self, run):
-        self.robot = run.station.robot
-        self.arm = next(iter(run.station.robots.values())).arm
+        self.robot, self.arm = run.station.robot, run.station.arm
 
     def after_tick(self):
         self.page.refresh(now=True)
@@ -69,8 +68,7 @@ def test_no_path_is_computed_without_a_page_or_where_it_is_hidden(
 def test_the_path_of_a_motion_between_runs_is_drawn(make_run, page, client, scene):
     station = make_run(moves()).station
     page.begin_idle(station)
-    (robot,) = station.robots.values()
-    robot.arm.move_to_configuration(np.array([0, 0.3, 0, -1.8, 0, 2.1, 0.8]))
+    station.arm.move_to_configuration(np.array([0, 0.3, 0, -1.8, 0, 2.1, 0.8]))
     page.refresh(now=True)
     assert scene.segments(PATH) is not None
     assert "panda: " in client.text()
@@ -111,7 +109,6 @@ def test_checked_grasps_are_drawn_at_the_object_with_the_chosen_one_apart(
     )  # fmt: skip
     cell = run.station.cell
     run.execute([page, Look()])
-    (robot,) = run.station.robots.values()
     drawn = [one for one in seen if all(part is not None for part in one)]
     assert drawn and seen[-1][0] is None
     for shown, position in drawn:
@@ -120,7 +117,7 @@ def test_checked_grasps_are_drawn_at_the_object_with_the_chosen_one_apart(
         np.testing.assert_allclose((first + second) / 2.0, position, atol=0.02)
         assert np.linalg.norm(first - second) == pytest.approx(0.05, abs=2e-3)  # its edge
         assert (shown[3, 1] - position)[2] > 0.05  # from above
-    assert robot.grasp_planner.checked.chosen is not None
+    assert run.station.first.grasp_planner.checked.chosen is not None
     client.set("checkbox", "Grasps", False)
     page.refresh(now=True)
     assert scene.segments("/grasps of panda/chosen") is None

@@ -4,7 +4,6 @@ import io
 import threading
 import time
 
-import mujoco
 import numpy as np
 import pytest
 import trimesh
@@ -12,12 +11,12 @@ import trimesh
 from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import Run, RunObserver
+from bt_manip.runner import Run
 from bt_manip_recording import CellScene
 from bt_manip_view import Page
 from bt_manip_view.page.scene import SceneView
 
-from .conftest import wait_until
+from .conftest import box_called, wait_until
 
 
 def picking():
@@ -53,52 +52,23 @@ def test_the_visible_geometry_is_sent_once_with_its_textures_and_the_poses(make_
     assert top.extents.tolist() == pytest.approx([1.5, 0.8, 0.03])
 
 
-def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, scene):
-    run = make_run(picking())
-    cubes, others = [], []
-
-    class Look(RunObserver):
-        def after_tick(self):
-            page.refresh(now=True)
-            cubes.append(any(name.startswith("/cube") for name in scene.see().nodes))
-            others.append({name for name in scene.nodes if not name.startswith("/cube")})
-
-    run.execute([page, Look()])
-    assert any(cubes) and not cubes[-1]
-    assert all(nodes == others[0] for nodes in others)
-
-
-MOVABLE = """
-<mujoco><worldbody>
-  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1" pos="0 0 1"/></body>
-</worldbody></mujoco>"""
-
-
-@pytest.fixture
-def movable():
-    model = mujoco.MjModel.from_xml_string(MOVABLE)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return model, data
-
-
-def test_no_two_nodes_have_the_same_name_in_turn(page, connect, movable):
+def test_no_two_nodes_have_the_same_name_in_turn(page, connect):
     """A page would keep the pose of the first, and so would the replay of a report."""
-    client, view = connect(), SceneView(page.server)
+    client, view, box = connect(), SceneView(page.server), box_called("thing")
     for number in range(3):
-        view.bind(CellScene(*movable, {"thing": number}))
+        view.bind(CellScene(*box, {"thing": number}))
     created = [m["name"] for m in of_type(client.read(), "FrameMessage")]
     assert "/thing" in created and len(set(created)) == len(created)
 
 
-def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect, movable):
-    view = SceneView(page.server)
-    view.bind(CellScene(*movable))
+def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
+    view, (model, data) = SceneView(page.server), box_called("thing")
+    view.bind(CellScene(model, data))
     client = connect()
     client.read()
-    movable[1].xpos[1, 0] = 1.0
+    data.xpos[1, 0] = 1.0
     for _ in range(2):
-        view.bind(CellScene(*movable))
+        view.bind(CellScene(model, data))
     (moved,) = of_type(client.read(), "SetPositionMessage")
     assert moved["name"] == "/thing/thing" and moved["position"] == [1.0, 0.0, 0.0]
 
@@ -112,38 +82,6 @@ def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, 
         )
     make_run(picking(), cycles=2).execute([page])
     assert calls == ["bind", "update", "update"]  # `bind` updates, too
-
-
-def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, page, connect):
-    seen = []
-
-    class Opener(RunObserver):
-        """Opens the page at the third tick, and reads it after the fourth."""
-
-        ticks = 0
-
-        def after_tick(self):
-            self.ticks += 1
-            if self.ticks == 3:
-                self.clients = connect("scene"), connect("page")
-                wait_until(lambda: page.site.is_open)
-            elif self.ticks == 4:
-                scene, client = self.clients
-                seen.extend(scene.read())
-                client.see()
-                assert len(client.find("plot")["samples"]) == 4
-
-    root = Sequence("root", Script(code="x := 5"), SpawnObject(object="{cube}"), Sleep(msec=50))
-    opener = Opener()
-    make_run(root).execute([page, opener])
-    assert any(m["name"].startswith("/cube/") for m in of_type(seen, "GlbMessage"))
-    client = opener.clients[1].see()
-    assert client.find("blackboard")["values"]["x"] == "5"
-    assert "cube added" in texts_of(client)
-
-
-def texts_of(client):
-    return [text for _, _, text, _ in client.find("log")["lines"]]
 
 
 def test_the_log_says_what_leaves_did_with_a_kind_of_their_own_for_conditions(
@@ -164,14 +102,15 @@ def test_the_log_says_what_leaves_did_with_a_kind_of_their_own_for_conditions(
 def test_a_page_that_is_opened_later_shows_the_last_state_as_data_not_as_html(
     make_run, page, connect
 ):
-    root = Fallback("<b>root</b>", AlwaysFailure("never"), Sleep("rest", msec=50))
-    make_run(root).execute([page])
+    rest = Sequence(Script(code="x := 5"), Sleep("rest", msec=50))
+    make_run(Fallback("<b>root</b>", AlwaysFailure("never"), rest)).execute([page])
     client = connect("page").see()
     status = client.find("status")
     assert status["text"] == "cycle 1, 0.06 s: ended SUCCESS" and status["look"] == "SUCCESS"
     samples = client.find("plot")["samples"]  # of the tracking error
     assert [row[0] for row in samples] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
     assert client.find("tree")["nodes"][0]["name"] == "<b>root</b>"
+    assert client.find("blackboard")["values"]["x"] == "5"
     assert not any("root" in one["content"] for one in client.elements.values() if "content" in one)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import closing
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -38,11 +39,9 @@ def watched_run(make_run, tmp_path, capsys, monkeypatch):
         (tmp_path / "a_panel.py").write_text(code)
         monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(tmp_path))
         plugins = load_plugins(entry_points=VIEW, warn=pytest.fail)
-        page, run = Page(page_panels(plugins), port=0, speed=None), make_run(Sleep(msec=50))
-        try:
+        run = make_run(Sleep(msec=50))
+        with closing(Page(page_panels(plugins), port=0, speed=None)) as page:
             run.execute([page])
-        finally:
-            page.close()
         assert run.station.cell.time == pytest.approx(0.06)
         elements = [change[3:] for change in json.loads(page.gui.snapshot()[1])[1:]]
         return run.station, elements, capsys.readouterr().err.splitlines()

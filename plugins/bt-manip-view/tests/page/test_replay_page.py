@@ -2,11 +2,11 @@
 
 import threading
 import time
+from contextlib import closing
 from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunObserver
 from bt_manip_recording import McapRecorder, RecordedScene, Recording
-from bt_manip_view import Page, Panel, ReplayPage
+from bt_manip_view import Page, ReplayPage
 from bt_manip_view.page.plugin_panels import page_panels
 
 from .conftest import Client, SceneClient, wait_until
@@ -104,9 +104,7 @@ def recorded(make_run, panels, tmp_path_factory):
         RemoveObject(object="{cube}"),
         Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
     )
-    page = Page(panels, port=0, speed=None)
-    states = States(page)
-    try:
+    with closing(Page(panels, port=0, speed=None)) as page, closing(States(page)) as states:
         run = make_run(root, cycles=2)
         run.execute([McapRecorder(path), page, states])
         times = np.random.default_rng(1).permutation(list(states.seen)).tolist()[:40]
@@ -116,9 +114,6 @@ def recorded(make_run, panels, tmp_path_factory):
         run.station.cell.data.time += 600.0
         later += [states.look_back(times[:20])]
         assert shown_on(states.client) == end  # the present again
-    finally:
-        states.close()
-        page.close()
     return path, states.seen, later
 
 
@@ -145,20 +140,6 @@ def test_a_run_that_has_ended_shows_at_each_time_what_it_had_shown_then(recorded
         assert len(shown_later) >= 20
         for moment, shown in shown_later.items():
             assert shown == seen[moment]
-
-
-def test_poses_are_the_recorded_ones(recorded, page, scene):
-    recorded_scene = RecordedScene(Recording(recorded[0]))
-    for moment in (0.3, 0.1, 0.2):
-        page.seek(moment)
-        recorded_scene.seek(moment)
-        scene.see()
-        for frame, pose in zip(recorded_scene.frames, recorded_scene.poses(), strict=True):
-            entity, _, _ = frame.partition("/")
-            path = f"/{entity}/{frame.replace('/', ':')}"
-            if path in scene.nodes:
-                shown = np.concatenate([scene.nodes[path][key] for key in ("position", "wxyz")])
-                np.testing.assert_allclose(shown, pose, atol=2e-5, err_msg=frame)
 
 
 @pytest.fixture
@@ -245,29 +226,20 @@ def test_a_breakpoint_may_be_named_before_a_replay(recorded, panels):
 
 
 def test_panels_that_need_a_run_are_left_out(recorded):
-    made = []
+    def make(page):
+        pytest.fail("it needs a run")
 
-    class NeedsRun(Panel):
-        needs_run = True
-
-        def __init__(self, page):
-            made.append(page)
-
-    ReplayPage(Recording(recorded[0]), {"jog": NeedsRun}, port=0).close()
-    assert not made
+    make.needs_run = True
+    ReplayPage(Recording(recorded[0]), {"jog": make}, port=0).close()
 
 
 def test_the_page_says_that_a_recording_is_incomplete(recorded, panels, tmp_path):
-    with recorded[0].open("rb") as file:
-        chunk = make_reader(file).get_summary().chunk_indexes[-1]
-    end = chunk.chunk_start_offset + chunk.chunk_length
-    (tmp_path / "cut.mcap").write_bytes(recorded[0].read_bytes()[: end + 5])
-    page = ReplayPage(Recording(tmp_path / "cut.mcap"), panels, port=0, start=0.1)
-    client = Client(page).see()
-    try:
-        assert client.find("timeline")["time"] == pytest.approx(0.1)
+    data, path = recorded[0].read_bytes(), tmp_path / "cut.mcap"
+    path.write_bytes(data[: len(data) * 9 // 10])
+    with (
+        closing(ReplayPage(Recording(path), panels, port=0, start=0.1)) as page,
+        closing(Client(page)) as client,
+    ):
+        assert client.see().find("timeline")["time"] == pytest.approx(0.1)
         assert client.find("status")["text"] == "cycle 1, 0.10 s: paused"
         assert "incomplete: it was cut off after" in client.find("status")["note"]
-    finally:
-        client.close()
-        page.close()

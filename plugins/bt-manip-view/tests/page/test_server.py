@@ -10,6 +10,7 @@ import pytest
 import websockets.exceptions
 from websockets import Headers
 
+from bt_manip.exceptions import BtManipError
 from bt_manip_view.page.server import close_server, is_local, open_server
 
 
@@ -46,6 +47,15 @@ def test_a_server_takes_another_port_than_a_taken_one_and_prints_nothing(page, c
     finally:
         close_server(server)
     assert capfd.readouterr() == ("", "")
+
+
+def test_where_no_port_can_be_opened_an_error_says_so(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(socket.socket, "bind", refuse)
+    with pytest.raises(BtManipError, match="no page can be served on 127.0.0.1: Permission denied"):
+        open_server(0)
 
 
 @pytest.mark.parametrize("path", ["/", "/page.js", "/scene", "/missing", "/../page.py"])

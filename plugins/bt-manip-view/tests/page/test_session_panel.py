@@ -10,19 +10,13 @@ NAMES = {"tree": ("pick", "stack"), "scene": ("table", "tray"), "robot": ("panda
 
 
 @pytest.fixture
-def panels():
-    return []
-
-
-@pytest.fixture
-def page(panels, make_run):
+def page(make_run):
     def make(page):
-        panel = SessionPanel(
+        page.session = SessionPanel(
             page, NAMES, RunChoice("pick", "table", "panda", 0, 1),
             {"pick": "table", "stack": "tray"}.get, {"table": 0, "tray": 5}.get,
         )  # fmt: skip
-        panels.append(panel)
-        return panel
+        return page.session
 
     page = Page({"session": make}, port=0, speed=None)
     page.begin_idle(make_run(Sleep("rest", msec=20)).station)
@@ -31,8 +25,8 @@ def page(panels, make_run):
 
 
 @pytest.fixture
-def panel(page, panels):
-    return panels[0]
+def panel(page):
+    return page.session
 
 
 def test_a_request_is_taken_once(panel, client):
