@@ -419,6 +419,24 @@ def test_results_and_ports_of_a_selected_node_have_their_present_values(window):
     window.wait_for_text(r"object\s+output\s+\{cube\}\s+cube = cube")
 
 
+def test_the_planned_path_is_drawn(opengl, window):
+    window.open_tab("Overlays")
+
+    def paused_in_a_motion() -> bool:
+        window.wait_for_text(r"panda: 0\.\d+ m in \d+")
+        window.press("Pause")
+        window.wait_for_text("s: paused")
+        if "/planned path of panda" in window.evaluate(NAMES):
+            return True
+        window.press("Continue")  # between two motions there is no path
+        return False
+
+    wait_until(paused_in_a_motion)
+    shown = window.scene("planned_path")
+    changed = abs(shown - window.scene_without("/planned path of panda")).max(axis=2) > 20
+    assert changed.sum() > 100
+
+
 def test_a_clicked_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(window):
     # With a number, as there were others in the scene.
     cube = next(name for name in window.evaluate(NAMES) if re.match(r"/cube.*/cube:cube$", name))
