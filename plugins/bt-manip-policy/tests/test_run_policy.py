@@ -19,7 +19,7 @@ from bt_manip.plugins import load_plugins
 from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pointing_down
-from bt_manip_policy import PolicyKind, RunPolicy, policy_process
+from bt_manip_policy import RunPolicy, policy_process
 from bt_manip_policy.policy_inputs import with_history
 from bt_manip_policy.policy_kind import ONNX
 
@@ -30,7 +30,6 @@ TOOL = {"robot_tool_position": (3,)}
 def built():
     parts = load_plugins().parts
     parts.of("policies").add("quick", replace(ONNX, load_time=0.5, time=0.5), "tests")
-    parts.of("policies").add("summing", PolicyKind("summing_policy:Policy"), "tests")
     station = build_station(parts)
     return station, station.get_state()
 
@@ -329,7 +328,7 @@ def test_the_command_refuses_files_of_strangers_in_time(tmp_path):
     assert int(done.stdout) < 1 << 20  # of the largest of its processes; nothing else is printed
 
 
-# Images, history, states, chunks, policies in Python
+# Images, history, states
 
 
 def test_a_policy_observes_images(opengl, station, tmp_path):
@@ -383,25 +382,3 @@ def test_states_go_on_from_action_to_action_and_leaf_to_leaf_and_begin_anew(stat
     acting.tree.halt()
     acting.tree.tick()
     assert set(acting.leaf.get_state()["states"]["state_n"][1]) == {1.0}
-
-
-PYTHON = """
-class Policy:
-    action, rate, inputs = "cartesian_deltas", 20.0, {"robot_tool_position": (3,)}
-
-    def __init__(self, path):
-        self.step = float(open(path).read())
-
-    def act(self, observations):
-        return [self.step, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]
-"""
-
-
-def test_a_policy_of_a_registered_kind_is_a_class_of_python(station, tmp_path, monkeypatch):
-    (tmp_path / "summing_policy.py").write_text(PYTHON)
-    (tmp_path / "step.txt").write_text("0.004")
-    monkeypatch.syspath_prepend(tmp_path)
-    policy_process.shared_process(ONNX.memory).close()  # the next one has this path
-    start = tool(station).translation[0]
-    Acting(station, model=str(tmp_path / "step.txt"), policy_kind="summing").run(0.5)
-    assert tool(station).translation[0] - start > 0.02
