@@ -202,12 +202,13 @@ def test_an_arm_of_five_joints_gets_a_tolerance_and_invented_masses_are_marked(p
     assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]
 
 
-def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
+def test_joints_of_almost_no_inertia_are_named_and_get_an_armature_that_is_marked_as_chosen(
     parts, tmp_path, monkeypatch
 ):
-    path = tmp_path / "new.toml"
-    model = write_small_arm(tmp_path, armature=0.0).with_name("small.xml")
-    draft = describe_robot(str(model), parts, name="new")
+    monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
+    path, light = tmp_path / "new.toml", write_small_arm(tmp_path, armature=0.0)
+    light.write_text(f"armature = 0.0\n{light.read_text()}")
+    draft = describe_robot(str(light.with_name("small.xml")), parts, name="new")
     path.write_text(description_text(draft.description, draft.notes, path, "small"))
     armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
     needed = np.array(estimate_efforts(draft.robot.make_model()))
@@ -215,9 +216,11 @@ def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
     assert armature[3:] == pytest.approx(expected[3:], rel=0.1)
     assert not armature[:3].any()
     assert "# CHOSEN" in path.read_text().split("armature = ")[0].splitlines()[-2]
-    monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
-    facts = check_description(path, parts, cycles=0).facts
-    assert not [fact for fact in facts if "inertia" in fact]
+    found, none = (
+        [fact for fact in check_description(file, parts, cycles=0).facts if "inertia" in fact]
+        for file in (light, path)
+    )
+    assert "almost no inertia: joint4, joint5, joint6; give 'armature'" in found[0] and not none
 
 
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
