@@ -1,7 +1,11 @@
 """Small grippers of every kind, on an arm of one joint."""
 
 from math import cos, tan
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import mujoco
+
+from bt_manip_setup.finger_travel import FoundFingers, find_fingers
 
 ARM = ("turn",)
 
@@ -151,3 +155,8 @@ def model_of(kind: str) -> str:
     """Return the MJCF of a gripper on an arm of one joint."""
     parts = {**MECHANISMS, "none": Kind("")}[kind]
     return _MODEL.format(palm=parts.palm, rest=parts.rest, actuators=parts.actuators)
+
+
+def fingers_in(xml: str, **options: Any) -> FoundFingers:
+    """Find the fingers of a gripper on an arm of one joint."""
+    return find_fingers(mujoco.MjModel.from_xml_string(xml), ARM, **options)
