@@ -151,10 +151,14 @@ MECHANISMS = {
 }  # fmt: skip
 
 
-def model_of(kind: str) -> str:
+def rig(kind: Kind) -> str:
     """Return the MJCF of a gripper on an arm of one joint."""
-    parts = {**MECHANISMS, "none": Kind("")}[kind]
-    return _MODEL.format(palm=parts.palm, rest=parts.rest, actuators=parts.actuators)
+    return _MODEL.format(palm=kind.palm, rest=kind.rest, actuators=kind.actuators)
+
+
+def model_of(name: str) -> str:
+    """Return the MJCF of one of the grippers."""
+    return rig(MECHANISMS[name])
 
 
 def fingers_in(xml: str, **options: Any) -> FoundFingers:

@@ -13,7 +13,7 @@ from numpy.polynomial.polynomial import polyval
 from bt_manip.robots import RobotError
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
 
-from .mechanisms import ARM, MECHANISMS, fingers_in, model_of
+from .mechanisms import ARM, MECHANISMS, Kind, fingers_in, model_of, rig
 
 
 def check_widths(kind, found):
@@ -122,7 +122,7 @@ JAW = """<body name="jaw" pos="0 0 0.1"><joint name="a" range="0 1" limited="tru
 )
 def test_what_is_no_gripper_of_two_fingers_is_said(palm, message):
     with pytest.raises(RobotError, match=message):
-        fingers_in(model_of("none").replace("<!--palm-->", palm))
+        fingers_in(rig(Kind(palm)))
 
 
 def test_meshes_that_overlap_where_the_fingers_are_open_need_convex_parts(monkeypatch):
@@ -159,14 +159,9 @@ def linked(name: str, side: int, joint: str) -> str:
 def test_the_pads_are_two_bodies_of_the_same_kind():
     """The link under one pad reaches a little farther than the pad itself."""
     palm = linked("left", 1, "a") + linked("right", -1, "b")
-    xml = model_of("coupled_slides")
-    start, end = xml.index('<body name="left"'), xml.index("<!--palm-->")
-    xml = xml[:start] + palm + xml[end:]
-    equality = '<equality><joint joint1="a" joint2="b"/></equality>'
-    start, end = xml.index("</worldbody>"), xml.index("<actuator>")
-    motors = '<actuator><motor joint="a" ctrlrange="-20 20"/></actuator></mujoco>'
-    xml = f"{xml[:start]}</worldbody>{equality}{motors}"
-    found = fingers_in(xml)
+    coupled = '<equality><joint joint1="a" joint2="b"/></equality>'
+    motor = '<motor joint="a" ctrlrange="-20 20"/>'
+    found = fingers_in(rig(Kind(palm, coupled, motor)))
     assert set(found.fingers) == {"left_pad", "right_pad"}
 
 
@@ -186,14 +181,13 @@ def test_a_given_tool_frame_is_measured_and_turned_and_has_to_be_between_the_fin
 
 
 def test_a_hand_that_tendons_pull_is_not_taken_for_two_fingers():
-    palm = '<site name="base"/><body><geom size="0.01"/><site name="tip" pos="0 0 0.1"/></body>'
+    nail = '<site name="base"/><body><geom size="0.01"/><site name="tip" pos="0 0 0.1"/></body>'
     tendon = '<spatial name="{}"><site site="base"/><site site="tip"/></spatial>'
     tendons = "".join(map(tendon.format, "abc"))
     motors = "".join(map('<motor tendon="{}"/>'.format, "abc"))
-    xml = model_of("coupled_slides").replace("<!--palm-->", palm)
-    xml = xml.replace("</worldbody>", f"</worldbody><tendon>{tendons}</tendon>")
+    palm = nail + MECHANISMS["slides"].palm
     with pytest.raises(RobotError, match="3 actuators pull on tendons beyond 'turn'"):
-        fingers_in(xml.replace("</actuator>", f"{motors}</actuator>"))
+        fingers_in(rig(Kind(palm, f"<tendon>{tendons}</tendon>", motors)))
 
 
 def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
