@@ -29,24 +29,6 @@ def env():
     made.close()
 
 
-def run(env, steps=7):
-    """Make steps over the ends of episodes; return the last infos of the episodes."""
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    infos = []
-    for _ in range(steps):
-        *_, terminated, truncated, info = env.step(env.action_space.sample())
-        if terminated or truncated:
-            infos.append(info)
-            env.reset()
-    return infos
-
-
-def test_statistics_of_episodes_are_recorded(env):
-    infos = run(wrappers.RecordEpisodeStatistics(env))
-    assert [(one["episode"]["l"], one["episode_number"]) for one in infos] == [(3, 0), (3, 1)]
-
-
 @pytest.mark.parametrize(
     "wrap",
     [

@@ -59,20 +59,6 @@ def test_without_an_object_it_has_closed_on_nothing():
     assert not gripper.steady and not gripper.moving
 
 
-def test_signals_of_many_steps_are_those_of_single_steps(grip):
-    cell, robot, control, gripper = grip
-    gripper.close()
-    kept, single = gripper.get_state(), []
-    for _ in range(70):
-        cell.step()
-        single.append(cell.data.ctrl[gripper.mechanism.ctrl_adr])
-    after = gripper.get_state()
-    gripper.set_state(kept)
-    rows = np.concatenate([gripper.signals(30), gripper.signals(40)])
-    assert rows.tobytes() == np.array(single).tobytes()
-    assert gripper.get_state()["ramp"] == after["ramp"]
-
-
 @pytest.fixture
 def mirrored(tmp_path):
     """A Panda whose second finger moves away from its joint, and twice as far, by description."""
