@@ -40,8 +40,7 @@ def test_the_actuators_apply_the_torques_of_the_law(make_arm):
 def test_its_feedforward_is_the_inverse_dynamics_of_the_reference_with_payload(make_arm):
     cell, robot, control = make_arm(NativePD)
     q, still = np.zeros(2), np.zeros(2)
-    control.reference = Hold(q)
-    control.reference.payload = Payload(0.3, np.array([0.0, 0.0, 0.02]), np.eye(3) * 1e-4)
+    control.payload = Payload(0.3)
     tau = control.compute(q, still, q, still, still)
     # Centres of mass at 0.2 m, 0.4 + 0.15 m and 0.4 + 0.3 m; 2 kg, 1 kg and 0.3 kg.
     moments = [2 * 0.2 + 1 * 0.55 + 0.3 * 0.7, 1 * 0.15 + 0.3 * 0.3]
