@@ -45,7 +45,7 @@ class StepReference(Reference):
         T_wt: Commanded pose of the tool; None where joints are commanded.
     """
 
-    def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float = 1e-3) -> None:
+    def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float) -> None:
         self.payload = None
         self.T_wt: pin.SE3 | None = None
         self._limits, self._duration = model.limits, steps * dt
