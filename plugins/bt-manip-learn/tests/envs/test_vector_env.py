@@ -63,9 +63,9 @@ def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
 
 RESULTS = """\
 <root BTCPP_format="4">
-  <BehaviorTree ID="T" _goal="IsIn object={object} container=basket" _results="object half unwritten">
+  <BehaviorTree ID="T" _goal="IsIn object={cube} container=basket" _results="cube half unwritten">
     <Sequence>
-      <Script code="half := 0.5"/><SpawnObject name_hint="part" object="{object}"/><MoveHome/>
+      <Script code="half := 0.5"/><SpawnObject name_hint="part" object="{cube}"/><MoveHome/>
     </Sequence>
   </BehaviorTree>
 </root>
@@ -77,14 +77,14 @@ def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path):
     tree.write_text(RESULTS)
     single, batch = GymnasiumEnvironment(str(tree)), BatchEnvironment(str(tree), 2)
     _, info = single.reset(seed=5)
-    assert info["results"] == {"object": "part", "half": 0.5}
+    assert info["results"] == {"cube": "part", "half": 0.5}
     _, infos = batch.reset(seed=5)
     for _ in range(2):
         assert infos["results"]["half"].tolist() == [0.5, 0.5]
-        assert infos["results"]["object"].tolist() == ["part", "part"]
+        assert infos["results"]["cube"].tolist() == ["part", "part"]
         *_, infos = batch.step(batch.action_space.sample())
     *_, info = single.step(single.action_space.sample())
-    assert info["results"] == {"object": "part", "half": 0.5}
+    assert info["results"] == {"cube": "part", "half": 0.5}
 
 
 @pytest.mark.soak
