@@ -5,10 +5,9 @@ from dataclasses import replace
 import mujoco
 import pytest
 
-from bt_manip.robots import RobotDescription
 from bt_manip_setup import gripper_keys
 
-from .finger_travel.mechanisms import ARM, fingers_in, model_of
+from .finger_travel.mechanisms import described_arm, fingers_in, model_of
 
 
 @pytest.mark.parametrize(
@@ -31,12 +30,9 @@ def test_friction_and_inertia_with_which_fingers_do_not_grip_are_replaced(
     found = fingers_in(model_of(kind))
     changed = replace(found, travel=replace(found.travel, **changes))
     monkeypatch.setattr(gripper_keys, "find_fingers", lambda *_, **__: changed)
-    (tmp_path / "rig.xml").write_text(model_of(kind))
-    arm = RobotDescription(
-        name="rig", model=str(tmp_path / "rig.xml"), arm_joints=ARM, tool_frame="palm",
-        home=(0.0,), velocity=(1.0,), acceleration=(5.0,), jerk=(100.0,),
-    )  # fmt: skip
-    model = mujoco.MjModel.from_xml_string(model_of(kind))
+    file = tmp_path / "rig.xml"
+    file.write_text(model_of(kind))
+    arm, model = described_arm(file, tool_frame="palm"), mujoco.MjModel.from_xml_path(str(file))
     described, notes = gripper_keys.with_gripper(
         arm, parts, model, None, mount="palm", tool_frame=None, has_fingers=True
     )

@@ -11,7 +11,7 @@ from bt_manip.cell.objects import Cube
 from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grasping import GripperClearance
 from bt_manip.grippers import TwoFingerGripper, solids_of, two_finger_gripper
-from bt_manip.robots import Robot, RobotDescription, compile_alone
+from bt_manip.robots import Robot, compile_alone
 from bt_manip.spatial import pose
 from bt_manip_setup import describe_robot
 from bt_manip_setup.finger_travel import find_fingers, measured
@@ -19,7 +19,7 @@ from bt_manip_setup.linkage import touching_links
 from tests.support.arms import Post
 
 from ..assembled_arms import write_linkage_arm
-from .mechanisms import ARM, MECHANISMS, model_of
+from .mechanisms import ARM, MECHANISMS, described_arm, model_of
 
 EDGE = 0.04  # [m] of the cube
 FORCE = 10.0  # [N]
@@ -75,22 +75,17 @@ def build(tmp_path_factory):
     """Give a function that returns the robot with a gripper, described by what was found of it."""
 
     @cache
-    def described(kind, palm, *gripper):
+    def described(kind, palm):
         file = tmp_path_factory.mktemp(kind) / "post.xml"
         file.write_text(model_of(kind).replace("<!--palm-->", palm))
         found = find_fingers(mujoco.MjModel.from_xml_path(str(file)), ARM)
-        given = {"joints": found.joints, "fingers": found.fingers, "max_force": 20.0}
-        return measured(
-            RobotDescription(
-                name="rig", model=str(file), arm_joints=ARM, tool_frame=found.body, T_ft=found.T_bt,
-                home=(0.0,), velocity=(1.0,), acceleration=(5.0,), jerk=(100.0,),
-                gripper=two_finger_gripper(**given | {"max_speed": 0.2} | dict(gripper)),
-            )
-        )  # fmt: skip
+        gripper = two_finger_gripper(
+            joints=found.joints, fingers=found.fingers, max_force=20.0, max_speed=0.2
+        )
+        arm = described_arm(file, tool_frame=found.body, T_ft=found.T_bt, gripper=gripper)
+        return measured(arm)
 
-    return lambda kind, palm="", **gripper: Robot(
-        described(kind, palm, *gripper.items()), gripper=TwoFingerGripper
-    )
+    return lambda kind, palm="": Robot(described(kind, palm), gripper=TwoFingerGripper)
 
 
 @pytest.fixture
@@ -130,37 +125,6 @@ def test_it_closes_on_nothing_opens_grips_with_the_asked_force_and_holds(kind, s
     scene.until(lambda: gripper.is_open and gripper.is_free)
 
 
-@pytest.mark.parametrize("kind", ["one_slide", "one_jaw"])
-def test_a_fixed_jaw_stands_beside_the_object(kind, scene):
-    scene.grasp(0.03)
-    model, data = scene.cell.model, scene.cell.data
-    roots = model.body_rootid[model.geom_bodyid]
-    cube = np.flatnonzero(roots == scene.cell.body_id("cube"))[0]
-    moving, fixed = (
-        min(mujoco.mj_geomDistance(model, data, geom, int(cube), 1.0, None) for geom in geoms)
-        for geoms in scene.gripper.mechanism.geoms
-    )
-    assert fixed == pytest.approx(1e-3, abs=1e-4)
-    assert moving > 5e-3
-
-
-@pytest.mark.parametrize("kind", ["one_jaw"])
-def test_a_state_goes_on_bit_for_bit(kind, scene):
-    scene.grasp(0.03)
-    gripper, cell = scene.gripper, scene.cell
-    gripper.close(FORCE)
-    cell.step(300)
-    parts = (gripper, scene.control)
-    snapshot, states = cell.snapshot(), [part.get_state() for part in parts]
-    cell.step(200)
-    first = cell.data.qpos.copy()
-    cell.restore(snapshot)
-    for part, state in zip(parts, states, strict=True):
-        part.set_state(state)
-    cell.step(200)
-    assert np.array_equal(first, cell.data.qpos)
-
-
 @pytest.mark.parametrize("kind", ["springs"])
 def test_springs_do_not_change_the_opening(kind, scene):
     gripper = scene.gripper
@@ -179,12 +143,6 @@ def test_links_touch_within_1_mm_at_any_opening(build, face, side, gap, pairs):
     robot = build("slides", f'<body name="lever"><joint name="lever" axis="0 0 1"/>{shape}</body>')
     compile_alone(robot)
     assert touching_links(robot) == pairs
-
-
-def test_a_smaller_opening_may_be_described(build):
-    gripper = build("coupled_slides", open_width=0.06, min_width=0.02).gripper
-    travel = gripper.mechanism.travel
-    assert (travel.min_width, travel.open_width) == (0.02, 0.06)
 
 
 def test_links_that_mimic_a_joint_neither_obstruct_each_other_nor_yield_to_the_grip(

@@ -45,6 +45,7 @@ def test_fingers_of_every_kind_are_found(kind):
     assert found.travel.min_width == pytest.approx(mechanism.closed, abs=2e-4)
     assert found.travel.open_width == pytest.approx(mechanism.opened, rel=0.05)
     assert found.travel.one_moves == mechanism.one_moves
+    assert found.travel.centre[1] == 0.5 * mechanism.one_moves  # the middle of the pads moves
     check_widths(kind, found)
     if mechanism.force is None:
         assert found.max_force is None
