@@ -125,6 +125,23 @@ def test_it_closes_on_nothing_opens_grips_with_the_asked_force_and_holds(kind, s
     scene.until(lambda: gripper.is_open and gripper.is_free)
 
 
+@pytest.mark.parametrize("kind", ["one_jaw"])
+def test_a_state_goes_on_bit_for_bit(kind, scene):
+    scene.grasp(0.03)
+    gripper, cell = scene.gripper, scene.cell
+    gripper.close(FORCE)
+    cell.step(300)
+    parts = (gripper, scene.control)
+    snapshot, states = cell.snapshot(), [part.get_state() for part in parts]
+    cell.step(200)
+    first = cell.data.qpos.copy()
+    cell.restore(snapshot)
+    for part, state in zip(parts, states, strict=True):
+        part.set_state(state)
+    cell.step(200)
+    assert np.array_equal(first, cell.data.qpos)
+
+
 @pytest.mark.parametrize("kind", ["springs"])
 def test_springs_do_not_change_the_opening(kind, scene):
     gripper = scene.gripper
