@@ -84,15 +84,6 @@ def test_the_action_of_the_expert_is_that_of_its_next_step_and_changes_nothing(t
         assert np.isfinite(action).all() and action.any()
 
 
-def test_a_state_after_actions_lets_the_expert_take_over_elsewhere(task, parts):
-    assert act_at_random(task, 2, 5)
-    other = LearningTask("pick_place", parts=parts)
-    other.set_state(json.loads(json.dumps(task.get_state())))
-    for _ in range(3):
-        assert other.expert_step() == task.expert_step()
-    assert other.episodes.station.cell.state_bytes() == task.episodes.station.cell.state_bytes()
-
-
 def test_an_expert_that_cannot_go_on_says_why(task):
     assert act_at_random(task, 0, 2)
     task.episodes.station.cell.remove("cube")
