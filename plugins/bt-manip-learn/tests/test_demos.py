@@ -7,48 +7,12 @@ import pytest
 
 from bt_manip_learn.demonstrations import read_demonstrations
 
-TREE = """
-import os
-
-from bt_manip.behaviours import Hover, ObjectExists, SpawnObject
-from bt_manip.bt import Action, Sequence, Tree
-
-
-def tree(goal="{cube}"):
-    spawn, hover = SpawnObject(object="{cube}"), Hover(object="{cube}", height=0.3)
-    return Tree(Sequence("task", spawn, hover), goal=ObjectExists(object=goal))
-
-
-def aimless():
-    return tree("nothing")
-
-
-class Leave(Action):
-    def update(self):
-        os._exit(0)
-
-
-def leaving():
-    return Tree(Sequence("task", tree().root, Leave()))
-
-
-def gone():
-    return Tree(Leave())
-"""
-
 
 @pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "small.py"
-    path.write_text(TREE)
-    return path
-
-
-@pytest.fixture
-def record(bt_manip, path, tmp_path):
+def record(bt_manip, small_trees, tmp_path):
     folder = tmp_path / "demos"
     return lambda *options, name="tree": bt_manip(
-        "demos", f"{path}:{name}", "--to", folder, "--workers", 1, *options
+        "demos", f"{small_trees}:{name}", "--to", folder, "--workers", 1, *options
     )
 
 
@@ -103,7 +67,7 @@ def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path, in_this
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("aimless", "the cell has no object 'nothing'"),
+        ("aimless", "the cell has no object 'never'"),
         ("leaving", "its process ended with exit code 0"),
     ],
 )

@@ -11,25 +11,6 @@ from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationSt
 from bt_manip_learn.demonstrations.recorder import same_length
 from bt_manip_learn.envs import LearningTask
 
-TREE = """
-<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T" _goal="ObjectExists object={goal}">
-    <Sequence>
-      <SpawnObject model="cube" object="{cube}"/>
-      <Hover object="{cube}" height="0.3"/>
-      <ObjectExists name="is there" object="{there}"/>
-      <Sleep msec="200"/>
-    </Sequence>
-  </BehaviorTree>
-  <TreeNodesModel>
-    <SubTree ID="T">
-      <input_port name="goal" default="never"/>
-      <input_port name="there" default="table"/>
-    </SubTree>
-  </TreeNodesModel>
-</root>
-"""
-
 DISTANCE = {"joint_targets": 5e-3, "cartesian_deltas": 0.01}
 """Largest differences of the positions of tool and cube, as docs/demonstrations.md says [m]."""
 
@@ -38,12 +19,11 @@ ANGLE = 1e-3
 
 
 @pytest.fixture(scope="module")
-def make_recorder(tmp_path_factory):
+def make_recorder(tmp_path_factory, small_trees):
     """Make a recorder of a tree that hovers over a cube; by default it does not reach its goal."""
-    folder = tmp_path_factory.mktemp("demos")
-    tree = folder / "hover.xml"
-    tree.write_text(TREE)
-    return partial(DemonstrationRecorder, folder / "store", str(tree))
+    return partial(
+        DemonstrationRecorder, tmp_path_factory.mktemp("demos") / "store", f"{small_trees}:aimless"
+    )
 
 
 @pytest.fixture(scope="module")
