@@ -98,6 +98,7 @@ REWARD = {"goal_conditioned": True, "reward": "dense"}
         (REWARD, "leave out 'images' and 'reward'"),
         ({"reward": "shaped", "discount": 1.5}, "the discount is from 0 to 1, got 1.5"),
         ({"reward": "dense", "discount": 0.9}, "'shaped', and has no effect on 'dense'"),
+        ({"images": {"kinds": ("rbg",)}}, "no images are called 'rbg'; did you mean 'rgb'"),
         ({"images": {"camera": ("overview",)}}, "images have no option 'camera'; .* 'cameras'"),
         ({"images": {"cameras": ("overvew",)}}, "no camera 'overvew'; did you mean 'overview'"),
         ({"images": {"kinds": (), "cameras": ("overvew",)}}, "no camera 'overvew'"),
