@@ -328,9 +328,6 @@ def test_the_command_refuses_files_of_strangers_in_time(tmp_path):
     assert int(done.stdout) < 1 << 20  # of the largest of its processes; nothing else is printed
 
 
-# Images, history, states
-
-
 def test_a_policy_observes_images(opengl, station, tmp_path):
     """With less light it sees a darker picture."""
     means = []

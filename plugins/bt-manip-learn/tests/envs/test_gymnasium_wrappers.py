@@ -59,9 +59,6 @@ def test_info_has_no_key_of_gymnasiums_own(env):
     assert info["is_success"] is False and info["failure"] == ""
 
 
-# Actions
-
-
 def test_actions_are_scaled_to_one_unless_physical_units_are_asked_for():
     scaled, physical = make(), make(physical_units=True)
     assert (scaled.action_space.low == -1).all() and (scaled.action_space.high == 1).all()
@@ -79,9 +76,6 @@ def test_an_action_of_another_size_is_refused(env):
     env.reset(seed=0)
     with pytest.raises(BtManipError, match="8 finite numbers"):
         env.unwrapped.step(np.zeros(1))
-
-
-# Options
 
 
 IMAGES = {"goal_conditioned": True, "images": {}}
@@ -135,9 +129,6 @@ def test_ids_exist_for_trees_that_need_no_arguments_only():
     assert "bt_manip/PickPlacePolicy-v0" not in ids  # the file of the policy has no default
 
 
-# Copies
-
-
 def test_a_copy_continues_the_episode_and_those_after_it():
     env = make()
     env.reset(seed=4)
@@ -157,9 +148,6 @@ def test_an_environment_that_records_says_why_it_cannot_be_copied(tmp_path):
     env = GymnasiumEnvironment("pick_place", record=str(tmp_path / "run.mcap"))
     with pytest.raises(BtManipError, match="would write the same files"):
         copy.deepcopy(env)
-
-
-# Bounds
 
 
 def test_known_bounds_are_declared_and_kept():
