@@ -72,12 +72,6 @@ def test_actions_are_scaled_to_one_unless_physical_units_are_asked_for():
     np.testing.assert_allclose(*found, atol=1e-6)
 
 
-def test_an_action_of_another_size_is_refused(env):
-    env.reset(seed=0)
-    with pytest.raises(BtManipError, match="8 finite numbers"):
-        env.unwrapped.step(np.zeros(1))
-
-
 IMAGES = {"goal_conditioned": True, "images": {}}
 REWARD = {"goal_conditioned": True, "reward": "dense"}
 
@@ -104,7 +98,10 @@ def test_options_that_are_unknown_or_do_not_go_together_are_refused(options, mes
     assert isinstance(error.value, TypeError) == (" option " in str(error.value))  # as libraries do
 
 
-def test_a_misspelt_option_of_reset_is_named(env):
+def test_an_action_of_another_size_and_a_misspelt_option_of_reset_are_refused(env):
+    env.reset(seed=0)
+    with pytest.raises(BtManipError, match="8 finite numbers"):
+        env.unwrapped.step(np.zeros(1))
     with pytest.raises(BtManipError, match="reset has no option 'episodes'; .* 'episode'"):
         env.reset(options={"episodes": 3})
 

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_manip.cell import Cell
-from bt_manip.robots import Robot, panda
+from bt_manip.robots import Robot, compile_alone, panda
 from bt_manip_learn import NativeTwoFingerGripper
 from tests.support.arms import panda_cell, step_until
 
@@ -59,26 +58,18 @@ def test_without_an_object_it_has_closed_on_nothing():
     assert not gripper.steady and not gripper.moving
 
 
-@pytest.fixture
-def mirrored(tmp_path):
-    """A Panda whose second finger moves away from its joint, and twice as far, by description."""
+def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(tmp_path):
+    """The second finger moves away from its joint, and twice as far, by description."""
     description, path = panda(), tmp_path / "finger_travel.toml"
     parameters = description.gripper.parameters
     text = Path(parameters["travel"]).read_text().replace("min_width = 0.0", "min_width = 0.016")
     straight, travel = "[[0.0, 1.0], [0.0, 1.0]]", "[[0.003, 1.0], [-0.005, -2.0]]"
     assert straight in text
     path.write_text(text.replace(straight, travel))
-    gripper = replace(description.gripper, parameters={**parameters, "travel": str(path)})
-    robot, cell = (
-        Robot(replace(description, gripper=gripper), gripper=NativeTwoFingerGripper),
-        Cell(),
-    )
-    cell.add(robot)
-    return cell.model, robot.gripper
-
-
-def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(mirrored):
-    model, gripper = mirrored
+    mirrored = replace(description.gripper, parameters={**parameters, "travel": str(path)})
+    robot = Robot(replace(description, gripper=mirrored), gripper=NativeTwoFingerGripper)
+    compile_alone(robot)
+    model, gripper = robot.mj_model, robot.gripper
     motors = gripper.mechanism.ctrl_adr
     dofs = model.jnt_dofadr[model.actuator_trnid[motors, 0]]
     kp, kd = -model.actuator_biasprm[motors, 1:3].T
@@ -86,7 +77,7 @@ def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_
     loops = np.transpose([kp, kd]) / slopes[:, np.newaxis] ** 2  # of the fingers, not the joints
     for m, c, (p, d) in zip(model.dof_M0[dofs], model.dof_damping[dofs], loops, strict=True):
         assert np.roots([m, c + d, p]) == pytest.approx([-150.0, -150.0], rel=1e-4)
-    coupling = model.eq_data[model.equality("panda/finger_synchrony").id, :5]
+    coupling = model.eq_data[model.equality("finger_synchrony").id, :5]
     q = 0.01
     assert offsets[0] + np.polyval(coupling[::-1], q) == pytest.approx(offsets[1] - 2.0 * q)
     for start, aim in ((0.04, 0.01015), (0.01015, 0.0312)):  # 298.5 and 210.5 steps at 0.1 m/s
