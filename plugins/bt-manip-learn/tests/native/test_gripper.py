@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.cell import Cell
+from bt_manip.robots import Robot, panda
 from bt_manip_learn import NativeTwoFingerGripper
 from tests.support.arms import panda_cell, step_until
 
@@ -68,8 +69,9 @@ def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_
     path.write_text(text.replace(straight, travel))
     mirrored = replace(description.gripper, parameters={**parameters, "travel": str(path)})
     robot = Robot(replace(description, gripper=mirrored), gripper=NativeTwoFingerGripper)
-    compile_alone(robot)
-    model, gripper = robot.mj_model, robot.gripper
+    cell = Cell()
+    cell.add(robot)
+    model, gripper = cell.model, robot.gripper
     motors = gripper.mechanism.ctrl_adr
     dofs = model.jnt_dofadr[model.actuator_trnid[motors, 0]]
     kp, kd = -model.actuator_biasprm[motors, 1:3].T
@@ -77,7 +79,7 @@ def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_
     loops = np.transpose([kp, kd]) / slopes[:, np.newaxis] ** 2  # of the fingers, not the joints
     for m, c, (p, d) in zip(model.dof_M0[dofs], model.dof_damping[dofs], loops, strict=True):
         assert np.roots([m, c + d, p]) == pytest.approx([-150.0, -150.0], rel=1e-4)
-    coupling = model.eq_data[model.equality("finger_synchrony").id, :5]
+    coupling = model.eq_data[model.equality("panda/finger_synchrony").id, :5]
     q = 0.01
     assert offsets[0] + np.polyval(coupling[::-1], q) == pytest.approx(offsets[1] - 2.0 * q)
     for start, aim in ((0.04, 0.01015), (0.01015, 0.0312)):  # 298.5 and 210.5 steps at 0.1 m/s
