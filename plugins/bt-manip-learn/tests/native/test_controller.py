@@ -61,14 +61,6 @@ def test_it_follows_better_than_pd_without_dynamics_and_worse_than_computed_torq
     assert 5 * errors[1] < errors[2]
 
 
-def test_torques_beyond_the_limits_are_clipped_by_the_actuators_and_counted(make_arm):
-    cell, robot, control = make_arm(NativePD)
-    control.reference = Hold(robot.q + 1.0)
-    cell.step()
-    assert robot.tau.tolist() == robot.limits.effort.tolist() == control.tau.tolist()
-    assert control.saturated_steps == 1
-
-
 def test_another_controller_takes_over_and_hands_back_without_a_step_in_torque(managed):
     cell, robot, manager = managed
     manager.reference = Wave(robot.q, 0.2, 2.0)

@@ -16,7 +16,7 @@ from bt_manip.spatial import pose
 from bt_manip_setup import describe_robot
 from bt_manip_setup.finger_travel import find_fingers, measured
 from bt_manip_setup.linkage import touching_links
-from tests.support.arms import Post
+from tests.support.arms import Post, step_until
 
 from ..assembled_arms import write_linkage_arm
 from .mechanisms import ARM, MECHANISMS, described_arm, model_of
@@ -37,16 +37,6 @@ class Scene:
         self.cell.add(robot, place or pose((0.0, 0.0, 0.4)), free=False)
         control.reference = Hold(robot.q)
         mujoco.mj_forward(self.cell.model, self.cell.data)
-
-    def until(self, condition, seconds=3.0):
-        """Step until a condition holds; return the largest force of a finger."""
-        largest = 0.0
-        for _ in range(round(seconds / self.cell.dt)):
-            if condition():
-                return largest
-            self.cell.step()
-            largest = max(largest, *self.gripper.forces)
-        raise AssertionError(f"not within {seconds} s: {self.gripper.status}")
 
     def grasp(self, edge):
         """Stand a cube on a post where it is gripped from above, by a planned grasp."""
@@ -98,18 +88,20 @@ def test_it_closes_on_nothing_opens_grips_with_the_asked_force_and_holds(kind, s
     gripper, cell = scene.gripper, scene.cell
     assert gripper.is_open
     gripper.close(FORCE)
-    scene.until(lambda: gripper.closed_on_nothing)
+    step_until(scene.cell, lambda: gripper.closed_on_nothing, 3.0)
     cell.step(300)
     assert gripper.closed_on_nothing and not gripper.moving and not gripper.steady
     # Where no finger stops the other, the motor presses against the joint's soft limit.
     assert gripper.width == pytest.approx(MECHANISMS[kind].closed, abs=4e-3)
     gripper.open()
-    scene.until(lambda: gripper.is_open)
+    step_until(scene.cell, lambda: gripper.is_open, 3.0)
     assert gripper.width == pytest.approx(MECHANISMS[kind].opened, rel=0.05)
     scene.grasp(EDGE if MECHANISMS[kind].opened > 0.05 else 0.03)
     assert not gripper.held
     gripper.close(FORCE)
-    assert scene.until(lambda: gripper.steady) < 2.5 * FORCE
+    forces = []
+    step_until(cell, lambda: forces.append(max(gripper.forces)) or gripper.steady, 3.0)
+    assert max(forces) < 2.5 * FORCE
     assert gripper.held == ("cube",) and not gripper.closed_on_nothing
     cell.remove("post")
     cell.step(300)
@@ -122,7 +114,7 @@ def test_it_closes_on_nothing_opens_grips_with_the_asked_force_and_holds(kind, s
     else:
         assert np.mean(gripper.forces) == pytest.approx(FORCE, rel=0.02)
     gripper.open()
-    scene.until(lambda: gripper.is_open and gripper.is_free)
+    step_until(scene.cell, lambda: gripper.is_open and gripper.is_free, 3.0)
 
 
 @pytest.mark.parametrize("kind", ["one_jaw"])
@@ -146,7 +138,7 @@ def test_a_state_goes_on_bit_for_bit(kind, scene):
 def test_springs_do_not_change_the_opening(kind, scene):
     gripper = scene.gripper
     gripper.move(0.07)
-    scene.until(lambda: not gripper.moving)
+    step_until(scene.cell, lambda: not gripper.moving, 3.0)
     scene.cell.step(200)
     assert gripper.width == pytest.approx(0.07, abs=2e-4)
 
@@ -173,5 +165,5 @@ def test_links_that_mimic_a_joint_neither_obstruct_each_other_nor_yield_to_the_g
     scene = Scene(Robot(draft.description, gripper=TwoFingerGripper))
     scene.grasp(EDGE)
     scene.gripper.close(2 * FORCE)
-    scene.until(lambda: scene.gripper.steady)
+    step_until(scene.cell, lambda: scene.gripper.steady, 3.0)
     assert scene.gripper.width == pytest.approx(EDGE, abs=1e-3)
