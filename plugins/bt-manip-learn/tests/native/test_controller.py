@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from bt_manip.cell import Cell
 from bt_manip.control import (
     ComputedTorque,
     ControlError,
     ControllerManager,
     GravityCompensatedPD,
-    Hold,
 )
-from bt_manip.robots import Payload, Robot
+from bt_manip.robots import Payload
 from bt_manip_learn import NativePD
 from tests.support.arms import Wave
 
@@ -19,13 +17,8 @@ FACTORIES = {"native_pd": NativePD, "computed_torque": ComputedTorque}
 
 
 @pytest.fixture
-def managed(description):
-    robot = Robot(description)
-    manager = ControllerManager(robot, FACTORIES, "native_pd")
-    robot.attach(manager)
-    cell = Cell()
-    cell.add(robot)
-    return cell, robot, manager
+def managed(make_arm):
+    return make_arm(ControllerManager, factories=FACTORIES, default="native_pd")
 
 
 def test_the_actuators_apply_the_torques_of_the_law(make_arm):
@@ -75,11 +68,8 @@ def test_another_controller_takes_over_and_hands_back_without_a_step_in_torque(m
     assert changes.max() < 0.02
 
 
-def test_a_run_cannot_switch_to_it_because_its_gains_are_in_the_model(description):
-    robot = Robot(description)
-    manager = ControllerManager(robot, FACTORIES, "computed_torque")
-    robot.attach(manager)
-    Cell().add(robot)
+def test_a_run_cannot_switch_to_it_because_its_gains_are_in_the_model(make_arm):
+    *_, manager = make_arm(ControllerManager, factories=FACTORIES, default="computed_torque")
     with pytest.raises(ControlError, match="choose it as the first controller"):
         manager.switch("native_pd")
 
