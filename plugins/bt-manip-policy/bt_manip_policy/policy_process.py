@@ -233,7 +233,7 @@ class LoadedPolicy:
         sizes = [int(np.prod(shape, dtype=int)) for shape in (described["shape"], *after.values())]
         if sum(sizes) != numbers.size:
             raise self.error("returned states of other sizes than it expects")
-        actions, *states = np.split(numbers, np.cumsum(sizes)[:-1])
+        actions, *rest = np.split(numbers, np.cumsum(sizes)[:-1])
         actions = actions.reshape(described["shape"])
         if actions.ndim == 3 and len(actions) == 1:
             actions = actions[0]
@@ -245,7 +245,7 @@ class LoadedPolicy:
             )
         if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        pairs = zip(after.items(), states, strict=True)
+        pairs = zip(after.items(), rest, strict=True)
         return actions, {name: values.reshape(shape) for (name, shape), values in pairs}
 
     def error(self, message: str) -> PolicyError:
