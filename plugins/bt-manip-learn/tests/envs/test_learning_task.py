@@ -16,6 +16,8 @@ def test_a_state_keeps_how_low_objects_may_lie(parts):
     task.set_state(state)
     assert task.judge().failure == "'cube' has fallen"
     assert task.get_state()["losses"] == state["losses"]
+    task.reset(1)
+    assert not task.judge().failure  # by the heights of its own start
 
 
 def test_a_level_is_drawn_in_each_episode(parts):
