@@ -63,22 +63,16 @@ def model(encoded_graph, **metadata):
 def linear(offset, inputs, weights=None, **metadata):
     """Encode a policy: an offset plus weighted observations.
 
-    Args:
-        offset: The actions where all weights are zero.  # (n,) or (chunk, n)
-        inputs: Shapes of the observations by name.
-        weights: Weights by observation; zero where none are given.  # (size, n)
-        metadata: ``action`` and ``rate``, where they are not the usual ones.
+    Offset (n,) or rows of it; inputs: shapes by name; weights (size, n) by name, else zero.
     """
     offset = np.asarray(offset, dtype=float)
     nodes, initializers, total = [], [tensor("offset", offset)], "offset"
-    for i, (name, shape) in enumerate(inputs.items()):
-        weight = np.zeros((shape[-1], offset.shape[-1]))
-        weight = (weights or {}).get(name, weight)
+    for i, (name, shape) in enumerate(inputs.items(), 1):
+        weight = (weights or {}).get(name, np.zeros((shape[-1], offset.shape[-1])))
         initializers.append(tensor(f"weight{i}", np.asarray(weight, dtype=float)))
-        last = i == len(inputs) - 1
         nodes.append(node("MatMul", [name, f"weight{i}"], [f"product{i}"]))
-        nodes.append(node("Add", [total, f"product{i}"], ["action" if last else f"sum{i}"]))
-        total = f"sum{i}"
+        before, total = total, "action" if i == len(inputs) else f"sum{i}"
+        nodes.append(node("Add", [before, f"product{i}"], [total]))
     described = [value(name, shape) for name, shape in inputs.items()]
     out = [value("action", offset.shape)]
     metadata = {"action": "cartesian_deltas", "rate": "20", **metadata}

@@ -9,23 +9,17 @@ import pytest
 import bt_manip_learn.envs  # noqa: F401 (registers the environments)
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
-from bt_manip.runner import KINDS, RunObserver
 from bt_manip_learn.envs import LearningTask
 from bt_manip_recording import Continuation, Recording
+from tests.support.runs import Listener
 
 FAULT = "vanish at=SpawnObject after=0.2"
 
 
-class Log(RunObserver):
-    """Keeps the kinds and data of events, and the runs that have ended."""
+class Log(Listener):
+    """Keeps events, and counts the runs that have ended."""
 
-    kinds = KINDS
-
-    def __init__(self) -> None:
-        self.events, self.ended = [], 0
-
-    def handle(self, event) -> None:
-        self.events.append((event.kind, event.data))
+    ended = 0
 
     def run_ended(self) -> None:
         self.ended += 1
@@ -102,7 +96,8 @@ def test_a_name_without_a_number_records_the_first_episode_until_a_state_is_rest
 
 
 def test_observers_see_an_agents_episode_as_a_cycle_and_change_nothing():
-    log = Log()
+    events = []
+    log = Log(events)
     task, plain = LearningTask("pick_place", observers=(log,)), LearningTask("pick_place")
     for one in (task, plain):
         one.reset(0, 2)
@@ -111,9 +106,9 @@ def test_observers_see_an_agents_episode_as_a_cycle_and_change_nothing():
     states = [one.episodes.station.cell.state_bytes() for one in (task, plain)]
     assert states[0] == states[1]
     task.reset(0, 3)
-    kinds = {kind for kind, _ in log.events}
+    kinds = {event.kind for event in events}
     assert {"tree", "status", "cycle", "entity", "blackboard", "contact", "tick"} <= kinds
-    assert [data["cycle"] for kind, data in log.events if kind == "cycle"] == [2, 3]
+    assert [one.data["cycle"] for one in events if one.kind == "cycle"] == [2, 3]
     assert log.ended == 1
     task.close()
     assert log.ended == 2
