@@ -1,11 +1,12 @@
 """Reading policies from files, and their actions."""
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip_policy import LoadedPolicy, OnnxPolicy, PolicyError, PolicyProcess
 from bt_manip_policy.policy_kind import ONNX
+
+from . import onnx_files as onnx
 
 Q = {"robot_joint_positions": (3,)}
 OBSERVED = {"robot_joint_positions": np.array([1.0, 2.0, 3.0], dtype=np.float32)}

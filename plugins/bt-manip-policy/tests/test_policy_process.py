@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip_policy import LoadedPolicy, PolicyError, PolicyKind, PolicyProcess
 from bt_manip_policy.policy_kind import ONNX
+
+from . import onnx_files as onnx
 
 OBSERVED = {"robot_joint_positions": np.ones(7, dtype=np.float32)}
 

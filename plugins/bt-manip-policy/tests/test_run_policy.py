@@ -8,7 +8,6 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip import build_station
@@ -22,6 +21,8 @@ from bt_manip.spatial import pointing_down
 from bt_manip_policy import RunPolicy, policy_process
 from bt_manip_policy.policy_inputs import with_history
 from bt_manip_policy.policy_kind import ONNX
+
+from . import onnx_files as onnx
 
 TOOL = {"robot_tool_position": (3,)}
 
