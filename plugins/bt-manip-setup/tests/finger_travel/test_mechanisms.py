@@ -40,24 +40,20 @@ class Scene:
 
     def grasp(self, edge):
         """Stand a cube on a post where it is gripped from above, by a planned grasp."""
-        with self.cell.editing():
-            self.cell.add(
-                Cube(size=edge, mass=0.05, friction=0.8), pose((1.0, 1.0, 0.5 * edge)), free=True
-            )
-        clearance = GripperClearance(self.cell, self.robot, ["cube"])
+        cell = self.cell
+        cell.add(Cube(size=edge, mass=0.05, friction=0.8), pose((1.0, 1.0, 0.5 * edge)))
+        clearance = GripperClearance(cell, self.robot, ["cube"])
         generator = self.gripper.grasp_generator(
-            "cube", solids_of(self.cell, "cube"), clearance.geom_poses, np.zeros(3),
+            "cube", solids_of(cell, "cube"), clearance.geom_poses, np.zeros(3),
             np.random.default_rng(0),
         )  # fmt: skip
         down = np.array([0.0, 0.0, -1.0])
         grasps = [g for g in generator.candidates(down) if g.T_ot.rotation[:, 2] @ down > 0.999]
         T_wo = self.robot.tool_pose * grasps[0].T_ot.inverse()
-        self.cell.remove("cube")
-        with self.cell.editing():
-            x, y, z = T_wo.translation
-            self.cell.add(Post(0.4 * edge), pose((x, y, z - 0.5 * edge)))
-            self.cell.add(Cube(size=edge, mass=0.05, friction=0.8), T_wo, free=True)
-        mujoco.mj_forward(self.cell.model, self.cell.data)
+        x, y, z = T_wo.translation
+        cell.add(Post(0.4 * edge), pose((x, y, z - 0.5 * edge)))
+        cell.move("cube", T_wo, overlap=1.0)
+        mujoco.mj_forward(cell.model, cell.data)
 
 
 @pytest.fixture(scope="module")
