@@ -72,18 +72,14 @@ def test_actions_are_scaled_to_one_unless_physical_units_are_asked_for():
     np.testing.assert_allclose(*found, atol=1e-6)
 
 
-IMAGES = {"goal_conditioned": True, "images": {}}
-REWARD = {"goal_conditioned": True, "reward": "dense"}
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"rewards": "dense"}, "an environment has no option 'rewards'; did you mean 'reward'"),
         ({"frameskip": 1}, "unexpected keyword argument 'frameskip'"),  # TorchRL
         ({"render_mod": "rgb_array"}, "no option 'render_mod'; did you mean 'render_mode'"),
-        (IMAGES, "leave out 'images' and 'reward'"),
-        (REWARD, "leave out 'images' and 'reward'"),
+        ({"goal_conditioned": True, "images": {}}, "leave out 'images' and 'reward'"),
+        ({"goal_conditioned": True, "reward": "dense"}, "leave out 'images' and 'reward'"),
         ({"reward": "shaped", "discount": 1.5}, "the discount is from 0 to 1, got 1.5"),
         ({"reward": "dense", "discount": 0.9}, "'shaped', and has no effect on 'dense'"),
         ({"images": {"kinds": ("rbg",)}}, "no images are called 'rbg'; did you mean 'rgb'"),
