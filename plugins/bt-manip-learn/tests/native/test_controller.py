@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from bt_manip.control import (
-    ComputedTorque,
-    ControlError,
-    ControllerManager,
-)
+from bt_manip.control import ComputedTorque, ControlError, ControllerManager
 from bt_manip.robots import Payload
 from bt_manip_learn import NativePD
 from tests.support.arms import Wave
