@@ -114,14 +114,6 @@ def test_joint_targets_are_reached(station, policy):
     acting.check_limits()
 
 
-def in_turn(rows, k):
-    return rows[k % 4]
-
-
-def two_of_four(rows, k):
-    return rows[k % 2]
-
-
 def averaged(rows, k):
     """The last four predictions for a step: the oldest one weighs most (Zhao et al., 2023)."""
     present = rows[min(k, 3) :: -1]
@@ -130,7 +122,11 @@ def averaged(rows, k):
 
 @pytest.mark.parametrize(
     ("described", "action"),
-    [({}, in_turn), ({"execute": "2"}, two_of_four), ({"ensemble": "0.5"}, averaged)],
+    [
+        ({}, lambda rows, k: rows[k % 4]),
+        ({"execute": "2"}, lambda rows, k: rows[k % 2]),
+        ({"ensemble": "0.5"}, averaged),
+    ],
 )
 def test_rows_of_actions_are_executed_in_turn_left_early_or_averaged(
     station, policy, monkeypatch, described, action

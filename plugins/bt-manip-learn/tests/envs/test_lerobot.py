@@ -5,16 +5,14 @@ import importlib
 import json
 import subprocess
 import sys
+from collections import namedtuple
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import NamedTuple
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.spaces import Box
-
-PACKAGE = "--env.discover_packages_path=bt_manip_learn.lerobot"
 
 TINY = "dim_model=32 n_heads=2 dim_feedforward=64 n_encoder_layers=1 n_vae_encoder_layers=1"
 
@@ -28,7 +26,8 @@ def run(python, *words):
 def test_lerobot_evaluates_an_untrained_policy(lerobot, opengl, tmp_path):
     tiny = [f"--policy.{one}" for one in TINY.split()]
     run(
-        lerobot, "-m", "lerobot.scripts.lerobot_eval", PACKAGE, "--env.type=bt_manip",
+        lerobot, "-m", "lerobot.scripts.lerobot_eval",
+        "--env.discover_packages_path=bt_manip_learn.lerobot", "--env.type=bt_manip",
         "--env.task=pick_place", "--env.episode_length=3",
         "--env.options={action: cartesian_deltas}", f"--output_dir={tmp_path}",
         "--eval.n_episodes=1", "--eval.batch_size=1", "--policy.type=act", "--policy.device=cpu",
@@ -39,11 +38,7 @@ def test_lerobot_evaluates_an_untrained_policy(lerobot, opengl, tmp_path):
     assert (tmp_path / "videos" / "bt_manip_0" / "eval_episode_0.mp4").stat().st_size > 1000
 
 
-class Feature(NamedTuple):
-    """Stands for LeRobot's ``PolicyFeature``."""
-
-    type: enum.Enum
-    shape: tuple[int, ...]
+Feature = namedtuple("Feature", "type shape")  # stands for LeRobot's PolicyFeature
 
 
 @dataclass
