@@ -9,7 +9,7 @@ from bt_manip.control import Controller, Reference
 from bt_manip.robots import Payload, Robot, RobotModel
 
 MAX_LAG = 0.1
-"""Largest distance of the reference from the measured joints at the start of a step [rad]."""
+"""Largest distance of the reference from the measured joints at the start of a motion [rad]."""
 
 
 def end_velocity(change: np.ndarray, before: np.ndarray, duration: float) -> np.ndarray:
