@@ -1,6 +1,7 @@
 """What the tests share: drawing, the program, stations, and which contracts are left out."""
 
 import os
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +18,45 @@ from tests.support.runs import station_pool as station_pool
 @pytest.fixture(autouse=True)
 def tests_share_stations(shared_stations) -> None:
     """Let episodes have the stations of the tests before."""
+
+
+SMALL_TREES = """
+import os
+
+from bt_manip.behaviours import Hover, ObjectExists, SpawnObject
+from bt_manip.bt import Action, Sequence, Sleep, Tree
+
+
+def aimless(goal="never", there="table"):
+    steps = SpawnObject(object="{cube}"), Hover(object="{cube}", height=0.3)
+    then = ObjectExists("is there", object=there), Sleep(msec=200)
+    return Tree(Sequence("task", *steps, *then), goal=ObjectExists(object=goal))
+
+
+def tree():
+    return aimless("{cube}")
+
+
+class Leave(Action):
+    def update(self):
+        os._exit(0)
+
+
+def leaving():
+    return Tree(Sequence("task", tree().root, Leave()))
+
+
+def gone():
+    return Tree(Leave())
+"""
+
+
+@pytest.fixture(scope="session")
+def small_trees(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write a file of trees that hover over a cube, and of trees that end their process."""
+    path = tmp_path_factory.mktemp("trees") / "small.py"
+    path.write_text(SMALL_TREES)
+    return path
 
 
 @pytest.fixture

@@ -7,14 +7,14 @@ import pytest
 
 from bt_manip_contracts import contracts_of
 from bt_manip_learn import environment_contract as environments
-from bt_manip_learn.agents import ActionSpace, JointTargets
+from bt_manip_learn.agents import JointTargets
 from bt_manip_learn.environment_contract import EnvironmentCase
 
 test_contracts = contracts_of("learn")
 
 
 class Tires(JointTargets):
-    """Move less from step to step, and keep no state of it."""
+    """Move less from step to step, over the ends of episodes, and keep no state of it."""
 
     kind = "tires"
     strength = 1.0
@@ -24,50 +24,31 @@ class Tires(JointTargets):
         super().command(np.asarray(action) * self.strength)
 
 
-class TiresForever(Tires):
-    """Move less from step to step, in all episodes."""
+def described(**changes):
+    """Make joint targets with another description."""
 
-    def get_state(self):
-        return super().get_state(), type(self).strength
+    def make(episodes):
+        kind = JointTargets(episodes)
+        kind.space = kind.space._replace(**changes)
+        return kind
 
-    def set_state(self, state):
-        super().set_state(state[0])
-
-    def command(self, action):
-        type(self).strength *= 0.9
-        super().command(action)
-
-
-class Unbounded(JointTargets):
-    """Have no bounds."""
-
-    def __init__(self, episodes):
-        super().__init__(episodes)
-        self.space = self.space._replace(high=self.space.high * np.inf)
-
-
-class Unnamed(JointTargets):
-    """Name one number of eight."""
-
-    def __init__(self, episodes):
-        super().__init__(episodes)
-        low, high, *_ = self.space
-        self.space = ActionSpace(low, high, ("target",), ("rad",))
+    return make
 
 
 @pytest.mark.parametrize(
-    ("check", "cls", "message"),
+    ("check", "make", "message"),
     [
-        (environments.describes_its_actions, Unbounded, "has the bounds"),
-        (environments.describes_its_actions, Unnamed, "1 names and 1 units"),
+        (environments.describes_its_actions, described(high=np.full(8, np.inf)), "has the bounds"),
+        (environments.describes_its_actions, described(names=("target",)), "1 names and 8 units"),
+        (environments.describes_its_actions, described(units=("rad",)), "8 names and 1 units"),
         (environments.goes_on_from_its_state, Tires,
          "the same environment of 'pick_place' continues differently from its state after actions"),
-        (environments.has_the_same_episodes_in_any_order, TiresForever,
+        (environments.has_the_same_episodes_in_any_order, Tires,
          "episode 0 of 'pick_place' depends on those before it"),
     ],
 )  # fmt: skip
-def test_a_broken_kind_of_actions_is_found(parts, check, cls, message):
-    parts = replace(parts, declared={"actions": parts.of("actions").with_part("broken", cls)})
+def test_a_broken_kind_of_actions_is_found(parts, check, make, message):
+    parts = replace(parts, declared={"actions": parts.of("actions").with_part("broken", make)})
     with pytest.raises(AssertionError, match=message):
         check(EnvironmentCase("broken", parts))
 
@@ -75,12 +56,8 @@ def test_a_broken_kind_of_actions_is_found(parts, check, cls, message):
 def test_kinds_of_actions_and_trees_of_any_plugin_are_checked(parts):
     provides = {"actions": ("targets",), "trees": ("rest",)}
     checks = {one.id: one.long for one in environments.environment_checks(parts, provides, {})}
-    assert (
-        checks.items()
-        >= {
-            "targets: describes its actions": False,
-            "targets: goes on from its state": False,
-            "targets: has the same episodes in any order": False,
-            "tree rest: environments go on from their states with joint_targets": True,
-        }.items()
-    )
+    actions = [f"targets: {one.__name__}" for one in environments.ACTION_CONTRACT]
+    tree = "tree rest: environments go on from their states with "
+    assert checks == {one.replace("_", " "): False for one in actions} | {
+        f"{tree}{kind}": True for kind in parts.of("actions")
+    }

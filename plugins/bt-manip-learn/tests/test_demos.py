@@ -7,48 +7,12 @@ import pytest
 
 from bt_manip_learn.demonstrations import read_demonstrations
 
-TREE = """
-import os
-
-from bt_manip.behaviours import Hover, ObjectExists, SpawnObject
-from bt_manip.bt import Action, Sequence, Tree
-
-
-def tree(goal="{cube}"):
-    spawn, hover = SpawnObject(object="{cube}"), Hover(object="{cube}", height=0.3)
-    return Tree(Sequence("task", spawn, hover), goal=ObjectExists(object=goal))
-
-
-def aimless():
-    return tree("nothing")
-
-
-class Leave(Action):
-    def update(self):
-        os._exit(0)
-
-
-def leaving():
-    return Tree(Sequence("task", tree().root, Leave()))
-
-
-def gone():
-    return Tree(Leave())
-"""
-
 
 @pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "small.py"
-    path.write_text(TREE)
-    return path
-
-
-@pytest.fixture
-def record(bt_manip, path, tmp_path):
+def record(bt_manip, small_trees, tmp_path):
     folder = tmp_path / "demos"
     return lambda *options, name="tree": bt_manip(
-        "demos", f"{path}:{name}", "--to", folder, "--workers", 1, *options
+        "demos", f"{small_trees}:{name}", "--to", folder, "--workers", 1, *options
     )
 
 
@@ -100,17 +64,18 @@ def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path, in_this
     assert {path.name for path in store.folder.iterdir()} == {"manifest.json", "episode_000000.h5"}
 
 
-def test_failed_episodes_are_named_with_the_reason(record, in_this_process):
-    code, out, _ = record("--episodes", 1, name="aimless")
-    assert code == 1
-    assert out.startswith("episode 0 failed: the cell has no object 'nothing'\n")
-    assert out.endswith("0 of 1 succeeded, 0 steps\n")
-
-
-def test_an_episode_that_ends_its_process_failed(record):
-    code, out, err = record("--episodes", 1, name="leaving")
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("aimless", "the cell has no object 'never'"),
+        ("leaving", "its process ended with exit code 0"),
+    ],
+)
+def test_failed_episodes_are_named_with_the_reason(record, name, reason):
+    code, out, err = record("--episodes", 1, name=name)
     assert (code, err) == (1, "")
-    assert out.startswith("episode 0 failed: its process ended with exit code 0\n")
+    assert out.startswith(f"episode 0 failed: {reason}\n")
+    assert out.endswith("0 of 1 succeeded, 0 steps\n")
 
 
 def test_a_tree_that_ends_its_process_before_it_moves_is_refused(record):

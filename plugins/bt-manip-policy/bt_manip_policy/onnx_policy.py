@@ -114,15 +114,14 @@ def _shape(shape: Sequence[Any]) -> Shape:
 def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Shape]:
     """Return the shapes of the recurrent states."""
     found = {}
-    for name, shape in inputs.items():
-        if name.startswith(STATE) and NEXT_STATE + name.removeprefix(STATE) in outputs:
-            if None in shape:
+    for output in outputs:
+        if output.startswith(NEXT_STATE):
+            name = STATE + output.removeprefix(NEXT_STATE)
+            if name not in inputs:
+                raise BtManipError(f"has the output {shown(output)}, but no input {shown(name)}")
+            if None in inputs[name]:
                 raise BtManipError(f"has the state {shown(name)} of any size, expected a fixed one")
-            found[name] = shape
-    for name in outputs:
-        own = STATE + name.removeprefix(NEXT_STATE)
-        if name.startswith(NEXT_STATE) and own not in found:
-            raise BtManipError(f"has the output {shown(name)}, but no input {shown(own)}")
+            found[name] = inputs[name]
     return found
 
 

@@ -229,14 +229,12 @@ class LoadedPolicy:
         described, numbers = json.loads(head), np.frombuffer(data)
         if set(described["states"]) != set(self.states):
             raise self.error("returned other states than it expects")
-        count = int(np.prod(described["shape"], dtype=int))
-        actions, rest = numbers[:count].reshape(described["shape"]), numbers[count:]
-        after = {}
-        for name in described["states"]:
-            n = int(np.prod(self.states[name], dtype=int))
-            after[name], rest = rest[:n], rest[n:]
-        if rest.size or any(values.size != np.prod(self.states[n]) for n, values in after.items()):
+        after = {name: self.states[name] for name in described["states"]}
+        sizes = [int(np.prod(shape, dtype=int)) for shape in (described["shape"], *after.values())]
+        if sum(sizes) != numbers.size:
             raise self.error("returned states of other sizes than it expects")
+        actions, *rest = np.split(numbers, np.cumsum(sizes)[:-1])
+        actions = actions.reshape(described["shape"])
         if actions.ndim == 3 and len(actions) == 1:
             actions = actions[0]
         actions = np.atleast_2d(actions)
@@ -247,7 +245,8 @@ class LoadedPolicy:
             )
         if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        return actions, {n: values.reshape(self.states[n]) for n, values in after.items()}
+        pairs = zip(after.items(), rest, strict=True)
+        return actions, {name: values.reshape(shape) for (name, shape), values in pairs}
 
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""

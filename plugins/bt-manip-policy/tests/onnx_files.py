@@ -24,10 +24,11 @@ def message(*fields):
     return out
 
 
-def node(operator, inputs, outputs, *attributes):
-    """Encode a node."""
+def node(operator, inputs, outputs, *attributes, **integers):
+    """Encode a node; integers: attributes by name."""
     names = [(1, name) for name in inputs] + [(2, name) for name in outputs]
-    return message(*names, (4, operator), *((5, attribute) for attribute in attributes))
+    more = [message((1, name), (3, n), (20, 2)) for name, n in integers.items()]
+    return message(*names, (4, operator), *((5, one) for one in (*attributes, *more)))
 
 
 def tensor(name, values):
@@ -62,41 +63,31 @@ def model(encoded_graph, **metadata):
 def linear(offset, inputs, weights=None, **metadata):
     """Encode a policy: an offset plus weighted observations.
 
-    Args:
-        offset: The actions where all weights are zero.  # (n,) or (chunk, n)
-        inputs: Shapes of the observations by name.
-        weights: Weights by observation; zero where none are given.  # (size, n)
-        metadata: ``action`` and ``rate``, where they are not the usual ones.
+    Offset (n,) or rows of it; inputs: shapes by name; weights (size, n) by name, else zero.
     """
     offset = np.asarray(offset, dtype=float)
     nodes, initializers, total = [], [tensor("offset", offset)], "offset"
-    for i, (name, shape) in enumerate(inputs.items()):
-        weight = np.zeros((shape[-1], offset.shape[-1]))
-        weight = (weights or {}).get(name, weight)
+    for i, (name, shape) in enumerate(inputs.items(), 1):
+        weight = (weights or {}).get(name, np.zeros((shape[-1], offset.shape[-1])))
         initializers.append(tensor(f"weight{i}", np.asarray(weight, dtype=float)))
-        last = i == len(inputs) - 1
         nodes.append(node("MatMul", [name, f"weight{i}"], [f"product{i}"]))
-        nodes.append(node("Add", [total, f"product{i}"], ["action" if last else f"sum{i}"]))
-        total = f"sum{i}"
+        before, total = total, "action" if i == len(inputs) else f"sum{i}"
+        nodes.append(node("Add", [before, f"product{i}"], [total]))
     described = [value(name, shape) for name, shape in inputs.items()]
     out = [value("action", offset.shape)]
     metadata = {"action": "cartesian_deltas", "rate": "20", **metadata}
     return model(graph(nodes, described, out, initializers), **metadata)
 
 
-def bright(offset, camera, height, width):
-    """Encode a policy whose first number is the mean of an image, added to an offset (7,)."""
-    axes = message((1, "keepdims"), (3, 0), (20, 2))
+def bright(camera, height, width):
+    """Encode a policy that moves along x by a millionth of the mean of an image."""
     nodes = [
-        node("Cast", [camera], ["floats"], message((1, "to"), (3, FLOAT), (20, 2))),
-        node("ReduceMean", ["floats"], ["mean"], axes),
-        node("Mul", ["mean", "first"], ["scaled"]),
-        node("Add", ["scaled", "offset"], ["action"]),
+        node("Cast", [camera], ["floats"], to=FLOAT),
+        node("ReduceMean", ["floats"], ["mean"], keepdims=0),
+        node("Mul", ["mean", "along_x"], ["action"]),
     ]
-    first = np.eye(1, 7)[0]
-    initializers = [tensor("first", first), tensor("offset", np.asarray(offset, dtype=float))]
-    inputs = [value(camera, (height, width, 3), UINT8)]
-    encoded = graph(nodes, inputs, [value("action", (7,))], initializers)
+    inputs, outputs = [value(camera, (height, width, 3), UINT8)], [value("action", (7,))]
+    encoded = graph(nodes, inputs, outputs, [tensor("along_x", 1e-6 * np.eye(1, 7)[0])])
     return model(encoded, action="cartesian_deltas", rate="20")
 
 
@@ -106,14 +97,8 @@ def counting(output="next_state_n"):
         node("Add", ["state_n", "one"], [output]),
         node("Add", ["robot_joint_positions", output], ["moved"]),
     ]
-    inputs = [value("robot_joint_positions", (7,)), value("state_n", (7,))]
-    outputs = [value("action", (8,)), value(output, (7,))]
-    initializers = [tensor("one", np.ones(7)), CLOSED]
-    encoded = graph(_gripped(nodes), inputs, outputs, initializers)
-    return model(encoded, action="joint_targets", rate="20")
-
-
-CLOSED = tensor("gripper", np.ones(1))
+    inputs, outputs = [value("state_n", (7,))], [value(output, (7,))]
+    return _joint_targets(nodes, tensor("one", np.ones(7)), inputs=inputs, outputs=outputs)
 
 
 def endless(watched=None):
@@ -123,41 +108,29 @@ def endless(watched=None):
         [value("i", (), INT64), value("go", (), BOOL), value("x", (7,))],
         [value("still", (), BOOL), value("y", (7,))],
     )
-    nodes = [node("Loop", ["", "go", "robot_joint_positions"], ["moved"], body_of(body))]
+    attribute = message((1, "body"), (6, body), (20, 5))
+    loop = node("Loop", ["", "go", "robot_joint_positions"], ["moved"], attribute)
     if watched is None:
-        return _joint_targets(_gripped(nodes), [tensor("go", np.array(True)), CLOSED])
-    nodes[:0] = [
-        node("ReduceMax", [watched], ["most"], message((1, "keepdims"), (3, 0), (20, 2))),
-        node("Cast", ["most"], ["go"], message((1, "to"), (3, BOOL), (20, 2))),
-    ]
-    return _joint_targets(_gripped(nodes), [CLOSED], value(watched, (3,)))
-
-
-def body_of(encoded_graph):
-    """Encode the attribute that is the body of a loop."""
-    return message((1, "body"), (6, encoded_graph), (20, 5))
+        return _joint_targets([loop], tensor("go", np.array(True)))
+    seen = node("ReduceMax", [watched], ["most"], keepdims=0)
+    nodes = [seen, node("Cast", ["most"], ["go"], to=BOOL), loop]
+    return _joint_targets(nodes, inputs=[value(watched, (3,))])
 
 
 def product(n, count=1):
     """Encode a small policy that adds products of matrices (n, n), which are constants."""
-    nodes = [node("ConstantOfShape", ["shape"], ["factor"])]
-    last = "factor"
+    nodes = [node("ConstantOfShape", ["shape"], ["product0"])]
     for i in range(count):
-        nodes.append(node("MatMul", [last, "factor"], [f"product{i}"]))
-        last = f"product{i}"
-    nodes.append(node("ReduceMax", [last], ["sum"], message((1, "keepdims"), (3, 0), (20, 2))))
+        nodes.append(node("MatMul", [f"product{i}", "product0"], [f"product{i + 1}"]))
+    nodes.append(node("ReduceMax", [f"product{count}"], ["sum"], keepdims=0))
     nodes.append(node("Add", ["robot_joint_positions", "sum"], ["moved"]))
-    return _joint_targets(_gripped(nodes), [tensor("shape", np.array([n, n])), CLOSED])
+    return _joint_targets(nodes, tensor("shape", np.array([n, n])))
 
 
-def _gripped(nodes):
-    """Add the gripper to joint targets that are called 'moved'."""
-    return [
-        *nodes,
-        node("Concat", ["moved", "gripper"], ["action"], message((1, "axis"), (3, 0), (20, 2))),
-    ]
-
-
-def _joint_targets(nodes, initializers, *more):
-    inputs, outputs = [value("robot_joint_positions", (7,)), *more], [value("action", (8,))]
-    return model(graph(nodes, inputs, outputs, initializers), action="joint_targets", rate="20")
+def _joint_targets(nodes, *initializers, inputs=(), outputs=()):
+    """Encode a policy whose nodes compute "moved" from joint positions; its gripper closes."""
+    nodes = [*nodes, node("Concat", ["moved", "gripper"], ["action"], axis=0)]
+    inputs = [value("robot_joint_positions", (7,)), *inputs]
+    outputs = [value("action", (8,)), *outputs]
+    encoded = graph(nodes, inputs, outputs, [*initializers, tensor("gripper", np.ones(1))])
+    return model(encoded, action="joint_targets", rate="20")

@@ -4,10 +4,10 @@ import atexit
 import tempfile
 from pathlib import Path
 
-import onnx_files as onnx
-
 from bt_manip.testing import trees_of
 from bt_manip_contracts import Example, contracts_of
+
+from . import onnx_files as onnx
 
 _FOLDER = tempfile.TemporaryDirectory()
 atexit.register(_FOLDER.cleanup)

@@ -1,11 +1,12 @@
 """Reading policies from files, and their actions."""
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip_policy import LoadedPolicy, OnnxPolicy, PolicyError, PolicyProcess
 from bt_manip_policy.policy_kind import ONNX
+
+from . import onnx_files as onnx
 
 Q = {"robot_joint_positions": (3,)}
 OBSERVED = {"robot_joint_positions": np.array([1.0, 2.0, 3.0], dtype=np.float32)}
@@ -36,13 +37,19 @@ def read(written, load):
     return lambda content: load(written(content))
 
 
-def test_same_observations_give_the_same_action(read):
-    weights = np.random.default_rng(0).normal(size=(3, 7))
-    policy = read(onnx.linear(np.ones(7), Q, {"robot_joint_positions": weights}))
-    first = policy.act(OBSERVED, 7)[0]
-    assert first.shape == (1, 7)
-    assert np.allclose(first[0], 1.0 + OBSERVED["robot_joint_positions"] @ weights, atol=1e-5)
-    assert np.array_equal(policy.act(OBSERVED, 7)[0], first)
+def test_actions_are_those_of_the_graph_and_have_the_bits_that_they_have_in_this_process(
+    read, written
+):
+    rng = np.random.default_rng(1)
+    offset, weights = rng.normal(size=7), rng.normal(size=(3, 7))
+    content = onnx.linear(offset, Q, {"robot_joint_positions": weights})
+    here, policy = OnnxPolicy(str(written(content))), read(content)
+    for _ in range(10):
+        q = rng.normal(size=3).astype(np.float32)
+        actions, _ = policy.act({"robot_joint_positions": q}, 7)
+        assert actions == pytest.approx((offset + q @ weights)[None], abs=1e-5)
+        expected, _ = here.act({"robot_joint_positions": q})
+        assert actions.tobytes() == expected.astype(float).tobytes()
 
 
 @pytest.mark.parametrize("shape", [(1, 3), ("batch", 3)])
@@ -59,32 +66,39 @@ def of_one_node(node, *initializers, **metadata):
 
 
 DESCRIBED = {"action": "joint_targets", "rate": "20"}
+IDENTITY = onnx.node("Identity", ["robot_joint_positions"], ["action"])
 SHELL = (1, "robot_joint_positions"), (2, "action"), (4, "RunShell"), (7, "evil")
 FOREIGN = of_one_node(onnx.message(*SHELL), **DESCRIBED)
 """A policy whose operator is of another library."""
 
 
-@pytest.mark.parametrize("content", [b"", b"no protobuf at all", bytes(1000), FOREIGN])
-def test_files_of_something_else_and_operators_of_other_libraries_are_rejected(read, content):
-    with pytest.raises(PolicyError, match=r"policy.onnx' does not load"):
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"", "does not load"),
+        (b"no protobuf at all", "does not load"),
+        (bytes(1000), "does not load"),
+        (FOREIGN, "does not load"),
+        (
+            onnx.linear(np.zeros(7), {"x" * 66_000: (3,)}),
+            r"names and shapes take 66\d{3} characters",
+        ),
+        (onnx.counting(output="next_state_m"), "output 'next_state_m', but no input 'state_m'"),
+        (of_one_node(IDENTITY), "lack 'bt_manip.action'"),
+    ],
+)
+def test_files_of_something_else_are_rejected(read, content, problem):
+    with pytest.raises(PolicyError, match=f"policy.onnx' .*{problem}"):
         read(content)
 
 
 def test_missing_and_huge_files_are_rejected(load, tmp_path):
-    with pytest.raises(PolicyError, match="No such file"):
-        load(tmp_path / "missing.onnx")
-    with pytest.raises(PolicyError, match="a folder"):
-        load(tmp_path)
-    huge = tmp_path / "huge.onnx"
+    missing, huge = tmp_path / "missing.onnx", tmp_path / "huge.onnx"
     with huge.open("wb") as file:
         file.truncate(2**40)
-    with pytest.raises(PolicyError, match="larger than"):
-        load(huge)
-
-
-def test_files_without_metadata_are_rejected(read):
-    with pytest.raises(PolicyError, match="lack 'bt_manip.action'"):
-        read(of_one_node(onnx.node("Identity", ["robot_joint_positions"], ["action"])))
+    for path, problem in ((missing, "No such file"), (tmp_path, "a folder"), (huge, "larger than")):
+        with pytest.raises(PolicyError, match=problem):
+            load(path)
 
 
 def test_files_cannot_read_other_files(read, tmp_path, monkeypatch):
@@ -99,47 +113,12 @@ def test_files_cannot_read_other_files(read, tmp_path, monkeypatch):
             read(of_one_node(add, weights, **DESCRIBED))
 
 
-def test_actions_have_the_bits_that_they_have_in_this_process(read, written):
-    rng = np.random.default_rng(1)
-    content = onnx.linear(rng.normal(size=7), Q, {"robot_joint_positions": rng.normal(size=(3, 7))})
-    here = OnnxPolicy(str(written(content)))
-    policy = read(content)
-    for _ in range(10):
-        observed = {"robot_joint_positions": rng.normal(size=3).astype(np.float32)}
-        expected = here.act(observed)[0][None].astype(float)
-        assert policy.act(observed, 7)[0].tobytes() == expected.tobytes()
-
-
-def test_a_name_that_is_longer_than_any_is_rejected(read):
-    assert read(onnx.linear(np.zeros(7), {"x" * 65_000: (3,)})).inputs == {"x" * 65_000: (3,)}
-    with pytest.raises(PolicyError, match=r"names and shapes take 66\d{3} characters"):
-        read(onnx.linear(np.zeros(7), {"x" * 66_000: (3,)}))
-
-
-# Recurrent states, history and chunks
-
-
-def test_states_are_inputs_that_come_back_from_outputs(read):
-    """A policy that counts its calls."""
-    policy = read(onnx.counting())
-    assert (policy.inputs, policy.states) == ({"robot_joint_positions": (7,)}, {"state_n": (7,)})
-    observed, states = {"robot_joint_positions": np.zeros(7)}, None
-    for count in (1.0, 2.0, 3.0):
-        actions, states = policy.act(observed, 8, states)
-        assert actions[0, :7].tolist() == [count] * 7
-    assert states["state_n"].tolist() == [3.0] * 7
-
-
-def test_a_state_without_an_input_is_rejected(read):
-    with pytest.raises(PolicyError, match="output 'next_state_m', but no input 'state_m'"):
-        read(onnx.counting(output="next_state_m"))
-
-
 def test_inputs_and_metadata_are_the_specification(read):
     policy = read(onnx.linear(np.zeros(7), Q, rate="25"))
     assert policy.inputs == Q
     assert (policy.action, policy.rate) == ("cartesian_deltas", 25.0)
     assert (policy.history, policy.execute, policy.ensemble) == (1, 0, None)
+    assert read(onnx.linear(np.zeros(7), {"x" * 65_000: (3,)})).inputs == {"x" * 65_000: (3,)}
     described = {"history": "64", "execute": "1000000", "ensemble": "1000"}
     policy = read(onnx.linear(np.zeros(7), {"robot_joint_positions": (64, 3)}, **described))
     assert (policy.history, policy.execute, policy.ensemble) == (64, 1_000_000, 1000.0)

@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip_policy import LoadedPolicy, PolicyError, PolicyKind, PolicyProcess
 from bt_manip_policy.policy_kind import ONNX
+
+from . import onnx_files as onnx
 
 OBSERVED = {"robot_joint_positions": np.ones(7, dtype=np.float32)}
 
@@ -74,13 +75,6 @@ def is_alive(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().split()[2] not in "ZX"
     except FileNotFoundError:
         return False
-
-
-def until_dead(process: int, longest: float) -> bool:
-    end = time.monotonic() + longest
-    while is_alive(process) and time.monotonic() < end:
-        os.sched_yield()
-    return not is_alive(process)
 
 
 def test_files_that_want_gigabytes_or_never_end_are_failures(load):
@@ -148,10 +142,7 @@ def test_an_interrupt_kills_the_process(in_python, process):
     policy = in_python("time.sleep(10)")
     number = process.pid
 
-    def interrupt(*arguments):
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGALRM, interrupt)
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.1)
         with pytest.raises(KeyboardInterrupt):
@@ -183,5 +174,7 @@ def test_processes_end_when_their_parent_is_killed(folder):
     assert len(numbers) == 2 and all(map(is_alive, numbers))
     parent.kill()
     parent.wait()
-    for number in numbers:
-        assert until_dead(number, 10.0)
+    end = time.monotonic() + 10.0
+    while any(map(is_alive, numbers)):
+        assert time.monotonic() < end
+        time.sleep(0.01)

@@ -8,7 +8,6 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip import build_station
@@ -19,9 +18,11 @@ from bt_manip.plugins import load_plugins
 from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pointing_down
-from bt_manip_policy import PolicyKind, RunPolicy, policy_process
+from bt_manip_policy import RunPolicy, policy_process
 from bt_manip_policy.policy_inputs import with_history
 from bt_manip_policy.policy_kind import ONNX
+
+from . import onnx_files as onnx
 
 TOOL = {"robot_tool_position": (3,)}
 
@@ -30,7 +31,6 @@ TOOL = {"robot_tool_position": (3,)}
 def built():
     parts = load_plugins().parts
     parts.of("policies").add("quick", replace(ONNX, load_time=0.5, time=0.5), "tests")
-    parts.of("policies").add("summing", PolicyKind("summing_policy:Policy"), "tests")
     station = build_station(parts)
     return station, station.get_state()
 
@@ -114,14 +114,6 @@ def test_joint_targets_are_reached(station, policy):
     acting.check_limits()
 
 
-def in_turn(rows, k):
-    return rows[k % 4]
-
-
-def two_of_four(rows, k):
-    return rows[k % 2]
-
-
 def averaged(rows, k):
     """The last four predictions for a step: the oldest one weighs most (Zhao et al., 2023)."""
     present = rows[min(k, 3) :: -1]
@@ -130,7 +122,11 @@ def averaged(rows, k):
 
 @pytest.mark.parametrize(
     ("described", "action"),
-    [({}, in_turn), ({"execute": "2"}, two_of_four), ({"ensemble": "0.5"}, averaged)],
+    [
+        ({}, lambda rows, k: rows[k % 4]),
+        ({"execute": "2"}, lambda rows, k: rows[k % 2]),
+        ({"ensemble": "0.5"}, averaged),
+    ],
 )
 def test_rows_of_actions_are_executed_in_turn_left_early_or_averaged(
     station, policy, monkeypatch, described, action
@@ -268,13 +264,8 @@ def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_p
     path.write_bytes(onnx.endless("cube_position"))
     leaf = RunPolicy("policy", model=str(path), policy_kind="quick")
     spawn = SpawnObject(model="cube", region="0.3;0.3;0;0", object="{cube}")
-    tree = Tree(Fallback("or", [Sequence("all", [spawn, leaf]), AlwaysSuccess()]))
-    tree.setup(**station.infrastructure)
-    status = NodeStatus.RUNNING
-    while status is NodeStatus.RUNNING:
-        status = tree.tick()
-        station.cell.step(10)
-    assert status is NodeStatus.SUCCESS
+    tree = Fallback("or", [Sequence("all", [spawn, leaf]), AlwaysSuccess()])
+    assert station.run(tree).status is NodeStatus.SUCCESS
     assert "takes longer than 0.5 s" in leaf.feedback_message
 
 
@@ -329,16 +320,13 @@ def test_the_command_refuses_files_of_strangers_in_time(tmp_path):
     assert int(done.stdout) < 1 << 20  # of the largest of its processes; nothing else is printed
 
 
-# Images, history, states, chunks, policies in Python
-
-
 def test_a_policy_observes_images(opengl, station, tmp_path):
     """With less light it sees a darker picture."""
     means = []
     for brightness in (1.0, 0.2):
         station.cell.override("light:key", brightness=brightness)
         path = tmp_path / f"{brightness}.onnx"
-        path.write_bytes(onnx.bright([-0.001] + [0.0] * 5 + [-1.0], "overview_rgb", 24, 32))
+        path.write_bytes(onnx.bright("overview_rgb", 24, 32))
         acting = Acting(station, model=str(path)).run(0.01)
         kind, pixels = acting.leaf.get_state()["past"][-1]["overview_rgb"]
         assert np.shape(pixels) == (24, 32, 3) and np.dtype(kind) == np.uint8
@@ -383,32 +371,3 @@ def test_states_go_on_from_action_to_action_and_leaf_to_leaf_and_begin_anew(stat
     acting.tree.halt()
     acting.tree.tick()
     assert set(acting.leaf.get_state()["states"]["state_n"][1]) == {1.0}
-
-
-PYTHON = """
-class Policy:
-    action, rate, inputs = "cartesian_deltas", 20.0, {"robot_tool_position": (3,)}
-
-    def __init__(self, path):
-        self.step = float(open(path).read())
-
-    def act(self, observations):
-        return [self.step, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]
-"""
-
-
-def test_a_policy_of_a_registered_kind_is_a_class_of_python(station, tmp_path, monkeypatch):
-    (tmp_path / "summing_policy.py").write_text(PYTHON)
-    (tmp_path / "step.txt").write_text("0.004")
-    monkeypatch.syspath_prepend(tmp_path)
-    policy_process.shared_process(ONNX.memory).close()  # the next one has this path
-    start = tool(station).translation[0]
-    Acting(station, model=str(tmp_path / "step.txt"), policy_kind="summing").run(0.5)
-    assert tool(station).translation[0] - start > 0.02
-
-
-def test_a_policy_without_memory_is_told_its_limit():
-    from bt_manip_policy.worker import problem_reply
-
-    for error in (MemoryError(), RuntimeError("std::bad_alloc")):
-        assert b"needs more than 5 MB of memory" in problem_reply(error, 5 << 20)

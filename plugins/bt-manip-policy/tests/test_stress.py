@@ -3,7 +3,6 @@
 from functools import partial
 
 import numpy as np
-import onnx_files as onnx
 import pytest
 
 from bt_manip.evaluation import run_episodes
@@ -11,6 +10,7 @@ from bt_manip.record import Recorder
 from bt_manip.runner import prepare, request_of
 from bt_manip_stress import StressTester, plan_episodes
 
+from . import onnx_files as onnx
 from .test_contracts import SETTINGS
 
 

@@ -10,6 +10,7 @@ FINGERS = f"""
 <body name="one" pos="0.02 0 0.2"><joint name="a" type="slide" axis="1 0 0"/>{FINGER}</body>
 <body name="two" pos="-0.02 0 0.2"><joint name="b" type="slide" axis="1 0 0"/>{FINGER}</body>
 """
+RAIL = '<joint name="x" type="slide" axis="1 0 0"/>'
 
 
 def chain(names, end="", prefix="link"):
@@ -33,19 +34,20 @@ def names(model, joints):
     return [model.joint(j).name for j in joints]
 
 
-def test_an_arm_without_a_gripper_is_its_longest_chain():
-    model = compiled(chain("pqrs", '<body name="plate"><site name="flange"/></body>'))
+@pytest.mark.parametrize(
+    ("body", "joints", "fingers", "flange"),
+    [
+        (chain("pqrs", '<body name="plate"/>'), "pqrs", "", ["link3", "plate"]),
+        (chain("pqr", f'<body name="palm">{FINGERS}</body>'), "pqr", "ab", ["link2", "palm"]),
+        (f'<body name="cart">{RAIL}{SHAPE}{chain("pqr")}</body>', "xpqr", "", ["link2"]),
+    ],
+    ids=["without a gripper", "with fingers", "on a rail"],
+)
+def test_an_arm_is_the_longest_chain_without_fingers(body, joints, fingers, flange):
+    model = compiled(body)
     arm = find_arm(model)
-    assert names(model, arm.joints) == ["p", "q", "r", "s"]
-    assert arm.fingers == ()
-    assert [model.body(b).name for b in arm.flange] == ["link3", "plate"]
-
-
-def test_fingers_are_not_joints_of_the_arm():
-    model = compiled(chain("pqr", f'<body name="palm">{FINGERS}</body>'))
-    arm = find_arm(model)
-    assert names(model, arm.joints) == ["p", "q", "r"]
-    assert names(model, arm.fingers) == ["a", "b"]
+    assert names(model, arm.joints) == [*joints] and names(model, arm.fingers) == [*fingers]
+    assert [model.body(b).name for b in arm.flange] == flange
 
 
 @pytest.mark.parametrize(
@@ -63,27 +65,17 @@ def test_a_jaw_that_closes_against_the_last_link_and_opens_by_20_mm_is_a_finger(
     assert names(model, arm.fingers) == [*jaw]
 
 
-def test_a_rail_under_an_arm_belongs_to_it():
-    rail = '<body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>'
-    model = compiled(f"{rail}{SHAPE}{chain('pqr')}</body>")
-    assert names(model, find_arm(model).joints) == ["rail", "p", "q", "r"]
-
-
-def test_two_arms_are_told_apart_by_their_joints():
-    model = compiled(chain("pqrst"), chain("vwxyz", prefix="other"))
-    with pytest.raises(RobotError, match=r"one from joint 'p', one from 'v': .*--joints"):
-        find_arm(model)
-    assert names(model, find_arm(model, list("vwxyz")).joints) == list("vwxyz")
-
-
-def test_names_are_printed_as_they_are_typed():
+def test_of_several_arms_one_is_chosen_by_its_joints_with_names_as_they_are_typed():
     """PyMJCF writes the slash of a name in another way, which nobody has to type."""
     model = compiled(
         chain(["left\\waist", "p", "q"]), chain(["right\\waist", "v", "w"], prefix="r")
     )
-    with pytest.raises(RobotError, match="one from joint 'left/waist', one from 'right/waist'"):
+    with pytest.raises(
+        RobotError, match="from joint 'left/waist', one from 'right/waist': .*--joints"
+    ):
         find_arm(model)
-    assert len(find_arm(model, ["left/waist", "p", "q"]).joints) == 3
+    right = find_arm(model, ["right/waist", "v", "w"])
+    assert names(model, right.joints) == ["right\\waist", "v", "w"]
     with pytest.raises(RobotError, match="did you mean 'left/waist'"):
         find_arm(model, ["left/wast", "p"])
 
@@ -101,14 +93,10 @@ def test_what_is_no_arm_is_refused(body, joints, message):
         find_arm(compiled(body), joints)
 
 
-def test_a_gripper_is_mounted_at_the_site_that_its_name_suggests():
-    sites = '<site name="camera"/><site name="tool_flange"/>'
-    model = compiled(chain("pqr", sites))
+def test_a_gripper_is_mounted_at_the_site_that_its_name_suggests_or_at_the_last_body():
+    model = compiled(chain("pqr", '<site name="camera"/><site name="tool_flange"/>'))
     assert find_mount(model, find_arm(model)) == "tool_flange"
     with pytest.raises(RobotError, match=r"no site or body 'flang'; .*\(--mount\)"):
         find_mount(model, find_arm(model), "flang")
-
-
-def test_without_sites_a_gripper_is_mounted_at_the_last_body():
     model = compiled(chain("pqr", '<body name="plate"/>'))
     assert find_mount(model, find_arm(model)) == "plate"

@@ -53,11 +53,6 @@ def test_check_says_why_there_is_no_picture(bt_manip, monkeypatch):
     assert code == 0 and "no picture: nothing can be drawn with MUJOCO_GL disable" in err
 
 
-def test_check_says_that_a_registered_robot_is_no_file(bt_manip):
-    code, _, err = bt_manip("robot", "check", "panda")
-    assert code == 2 and "'panda' is a registered robot, and check takes a file" in err
-
-
 @pytest.mark.soak
 def test_check_warns_of_nothing_without_a_display(described):
     unset = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY")}
@@ -99,6 +94,7 @@ def test_show_prints_a_registered_robot(bt_manip):
         (("new", "nothing.xml"), "no model file nothing.xml"),
         (("new", PANDA, "--joints", "joint1,jont2"), "no joint 'jont2'; did you mean"),
         (("show", "pnda"), "did you mean 'panda'"),
+        (("check", "panda"), "'panda' is a registered robot, and check takes a file"),
     ],
 )
 def test_bad_input_exits_with_2(bt_manip, tmp_path, monkeypatch, arguments, message):

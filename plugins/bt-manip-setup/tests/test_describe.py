@@ -202,12 +202,13 @@ def test_an_arm_of_five_joints_gets_a_tolerance_and_invented_masses_are_marked(p
     assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]
 
 
-def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
+def test_joints_of_almost_no_inertia_are_named_and_get_an_armature_that_is_marked_as_chosen(
     parts, tmp_path, monkeypatch
 ):
-    path = tmp_path / "new.toml"
-    model = write_small_arm(tmp_path, armature=0.0).with_name("small.xml")
-    draft = describe_robot(str(model), parts, name="new")
+    monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
+    path, light = tmp_path / "new.toml", write_small_arm(tmp_path, armature=0.0)
+    light.write_text(f"armature = 0.0\n{light.read_text()}")
+    draft = describe_robot(str(light.with_name("small.xml")), parts, name="new")
     path.write_text(description_text(draft.description, draft.notes, path, "small"))
     armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
     needed = np.array(estimate_efforts(draft.robot.make_model()))
@@ -215,9 +216,11 @@ def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
     assert armature[3:] == pytest.approx(expected[3:], rel=0.1)
     assert not armature[:3].any()
     assert "# CHOSEN" in path.read_text().split("armature = ")[0].splitlines()[-2]
-    monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
-    facts = check_description(path, parts, cycles=0).facts
-    assert not [fact for fact in facts if "inertia" in fact]
+    found, none = (
+        [fact for fact in check_description(file, parts, cycles=0).facts if "inertia" in fact]
+        for file in (light, path)
+    )
+    assert "almost no inertia: joint4, joint5, joint6; give 'armature'" in found[0] and not none
 
 
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
@@ -268,51 +271,38 @@ def test_a_gripper_stands_on_its_mount_with_its_origin_or_with_what_is_lower(hei
     assert T.isApprox(pin.SE3(np.eye(3), np.array([0.0, 0.0, lift])))
 
 
-PLATE = box("0.02 0.01 0.06")
-
-
-@pytest.fixture
-def concave_jaw(tmp_path, monkeypatch) -> Path:
-    """Write an arm whose moving jaw is inside the hull of a palm with one fixed finger.
-
-    There is no coacd, and no parts are kept.
-    """
-    monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "kept"))
-    monkeypatch.delitem(sys.modules, "coacd", raising=False)
-    monkeypatch.setattr(gripper_keys, "find_spec", lambda name: None)
-    shapes = {(0, 0.02, -0.05): (0.03, 0.1, 0.02), (0, -0.03, 0.01): (0.02, 0.01, 0.1)}
-    boxes = [trimesh.creation.box(size).apply_translation(at) for at, size in shapes.items()]
-    trimesh.util.concatenate(boxes).export(tmp_path / "palm.stl")
-    palm = '<collision><geometry><mesh filename="palm.stl"/></geometry></collision>'
-    return write_arm(tmp_path / "arm.urdf", [
-        part("palm", palm, "fixed", "0 0 0.09"),
-        part("jaw", PLATE, "revolute", "0 0.005 -0.04", "1 0 0", limit(-0.4, 0.4), "palm"),
-    ])  # fmt: skip
-
-
 def split_connected(mesh: trimesh.Trimesh, **options: float) -> list[tuple[np.ndarray, np.ndarray]]:
     """Decompose a mesh of separate convex shapes, as coacd does."""
     return [(piece.vertices, piece.faces) for piece in mesh.split()]
 
 
-def test_hulls_that_overlap_at_every_opening_are_named_with_what_decomposes_them(
-    concave_jaw, parts
+def test_a_jaw_inside_the_hull_of_a_palm_collides_by_convex_parts_in_every_run(
+    parts, tmp_path, monkeypatch
 ):
+    """The palm has one fixed finger. Without coacd, the message names what decomposes it."""
+    monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "kept"))
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr(gripper_keys, "find_spec", lambda name: None)
+    shapes = {(0, 0.02, -0.05): (0.03, 0.1, 0.02), (0, -0.03, 0.01): (0.02, 0.01, 0.1)}
+    boxes = [trimesh.creation.box(size).apply_translation(at) for at, size in shapes.items()]
+    trimesh.util.concatenate(boxes).export(tmp_path / "palm.stl")
+    palm = '<collision><geometry><mesh filename="palm.stl"/></geometry></collision>'
+    plate = box("0.02 0.01 0.06")
+    arm = write_arm(tmp_path / "arm.urdf", [
+        part("palm", palm, "fixed", "0 0 0.09"),
+        part("jaw", plate, "revolute", "0 0.005 -0.04", "1 0 0", limit(-0.4, 0.4), "palm"),
+    ])  # fmt: skip
     message = "'palm' and 'jaw' overlap at every opening: .* pip install 'bt-manip.convex.'"
     with pytest.raises(RobotError, match=message):
-        describe_robot(str(concave_jaw), parts, name="arm")
-
-
-def test_a_concave_jaw_collides_by_convex_parts_in_every_run(
-    concave_jaw, parts, tmp_path, monkeypatch
-):
+        describe_robot(str(arm), parts, name="arm")
     coacd = SimpleNamespace(
         set_log_level=lambda level: None, Mesh=trimesh.Trimesh, run_coacd=split_connected
     )
     monkeypatch.setattr("importlib.util.find_spec", lambda name: name)
     monkeypatch.setattr(gripper_keys, "find_spec", lambda name: name)
     monkeypatch.setitem(sys.modules, "coacd", coacd)
-    draft, path = describe_robot(str(concave_jaw), parts, name="arm"), tmp_path / "arm.toml"
+    draft, path = describe_robot(str(arm), parts, name="arm"), tmp_path / "arm.toml"
     path.write_text(description_text(draft.description, draft.notes, path, "an arm"))
     again = read_description(path)
     assert again.convex_parts == ("palm",)

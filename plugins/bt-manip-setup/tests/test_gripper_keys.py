@@ -1,20 +1,13 @@
 """The keys of a gripper that is measured on its model."""
 
 from dataclasses import replace
-from functools import cache
 
 import mujoco
 import pytest
 
-from bt_manip.robots import RobotDescription
-from bt_manip_setup import find_fingers, gripper_keys
+from bt_manip_setup import gripper_keys
 
-from .finger_travel.mechanisms import ARM, model_of
-
-
-@cache
-def fingers_of(kind):
-    return find_fingers(mujoco.MjModel.from_xml_string(model_of(kind)), ARM)
+from .finger_travel.mechanisms import described_arm, fingers_in, model_of
 
 
 @pytest.mark.parametrize(
@@ -34,15 +27,12 @@ def test_friction_and_inertia_with_which_fingers_do_not_grip_are_replaced(
     parts, tmp_path, monkeypatch, kind, changes, keys
 ):
     """Friction is of up to 5 N, and the effective mass of up to 3 kg, on hinges of 0.3 kg."""
-    found = fingers_of(kind)
+    found = fingers_in(model_of(kind))
     changed = replace(found, travel=replace(found.travel, **changes))
     monkeypatch.setattr(gripper_keys, "find_fingers", lambda *_, **__: changed)
-    (tmp_path / "rig.xml").write_text(model_of(kind))
-    arm = RobotDescription(
-        name="rig", model=str(tmp_path / "rig.xml"), arm_joints=ARM, tool_frame="palm",
-        home=(0.0,), velocity=(1.0,), acceleration=(5.0,), jerk=(100.0,),
-    )  # fmt: skip
-    model = mujoco.MjModel.from_xml_string(model_of(kind))
+    file = tmp_path / "rig.xml"
+    file.write_text(model_of(kind))
+    arm, model = described_arm(file, tool_frame="palm"), mujoco.MjModel.from_xml_path(str(file))
     described, notes = gripper_keys.with_gripper(
         arm, parts, model, None, mount="palm", tool_frame=None, has_fingers=True
     )

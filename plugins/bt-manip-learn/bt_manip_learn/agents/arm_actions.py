@@ -146,8 +146,11 @@ class ArmAction(ActionKind):
         if self._acts:
             return self._references
         self._episodes.release()
-        steps = round(self._episodes.step_time / self._episodes.station.cell.dt)
-        self._references = [StepReference(one.arm.q, one.arm.model, steps) for one in self._robots]
+        dt = self._episodes.station.cell.dt
+        steps = round(self._episodes.step_time / dt)
+        self._references = [
+            StepReference(one.arm.q, one.arm.model, steps, dt) for one in self._robots
+        ]
         for one, reference in zip(self._robots, self._references, strict=True):
             reference.payload = one.arm.payload
             one.controllers.reference = reference

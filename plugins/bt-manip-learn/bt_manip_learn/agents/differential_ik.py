@@ -8,7 +8,6 @@ import pinocchio as pin
 IK_ERROR = 1e-5
 """Error of the tool pose at which the iteration ends [m] and [rad]."""
 
-
 IK_STEPS = 4
 """Largest number of iterations."""
 

@@ -10,14 +10,13 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunLoop, RunObserver, RunRequest, prepare
 
+from .references import MAX_LAG
+
 if TYPE_CHECKING:
     from .actions import ActionKind
 
 STEP = 0.05
 """Default time between two actions [s]."""
-
-MAX_LAG = 0.1
-"""Largest distance of an agent's reference from the joints at which its position is kept [rad]."""
 
 START_TIMEOUT = 10.0
 """Longest simulated time until the first command of the tree to a robot [s]."""

@@ -22,6 +22,8 @@ IMAGES = ("rgb", "depth", "segmentation")
 """Kinds of images."""
 
 Read = Callable[[], Sequence[Any]]
+Specs = Mapping[str, tuple[int, str]]
+"""Size and unit of observations by name."""
 
 
 class ObservationSpec(NamedTuple):
@@ -110,37 +112,31 @@ class Observations:
 
     # Numbers
 
-    def _add(self, read: Read, group: str, **specs: tuple[int, str]) -> None:
-        """Add observations of a group: size and unit of each, and a function to read all."""
+    def _add(self, owner: str, group: str, specs: Specs, read: Read) -> None:
+        """Add observations of a robot or object, and a function to read all of them."""
         for name, (size, unit) in specs.items():
-            self.specs[name] = ObservationSpec((size,), "float32", unit, group)
+            self.specs[f"{owner}_{name}"] = ObservationSpec((size,), "float32", unit, group)
         self._readers.append(read)
 
     def _add_robot(self, label: str, one: CommandedRobot) -> None:
         robot, gripper = one.robot, one.gripper
         n = len(robot.description.arm_joints)
-
-        def read() -> Sequence[Any]:
-            q = robot.read_q()
-            T = one.arm.model.pose(q)
-            return (
-                q, robot.read_v(), T.translation, _rotation(T),
-                np.concatenate(robot.wrist_wrench(T)),
-            )  # fmt: skip
-
         specs = {
             "joint_positions": (n, "rad"), "joint_velocities": (n, "rad/s"),
             "tool_position": (3, "m"), "tool_rotation": (6, "-"), "wrist_wrench": (6, "N,N m"),
         }  # fmt: skip
-        self._add(read, ROBOT, **{f"{label}_{name}": spec for name, spec in specs.items()})
         if gripper is not None:
-            opening, count = _Opening(robot, gripper), len(gripper.forces)
-            specs = {"gripper_opening": (1, "-"), "gripper_forces": (count, "N")}
-            self._add(
-                lambda: (opening.read(), gripper.forces),
-                ROBOT,
-                **{f"{label}_{name}": spec for name, spec in specs.items()},
-            )
+            specs |= {"gripper_opening": (1, "-"), "gripper_forces": (len(gripper.forces), "N")}
+            opening = _Opening(robot, gripper)
+
+        def read() -> Sequence[Any]:
+            q = robot.read_q()
+            T = one.arm.model.pose(q)
+            wrench = np.concatenate(robot.wrist_wrench(T))
+            found = [q, robot.read_v(), T.translation, _rotation(T), wrench]
+            return found if gripper is None else [*found, opening.read(), gripper.forces]
+
+        self._add(label, ROBOT, specs, read)
 
     def _add_object(self, name: str) -> None:
         cell = self._cell
@@ -166,7 +162,7 @@ class Observations:
                 found.append(cell.data.qpos[addresses])
             return found
 
-        self._add(read, SIMULATOR, **{f"{name}_{one}": spec for one, spec in specs.items()})
+        self._add(name, SIMULATOR, specs, read)
 
     # Images
 

@@ -9,7 +9,7 @@ from bt_manip.control import Controller, Reference
 from bt_manip.robots import Payload, Robot, RobotModel
 
 MAX_LAG = 0.1
-"""Largest distance of the reference from the measured joints at the start of a step [rad]."""
+"""Largest distance of the reference from the measured joints at the start of a motion [rad]."""
 
 
 def end_velocity(change: np.ndarray, before: np.ndarray, duration: float) -> np.ndarray:
@@ -45,7 +45,7 @@ class StepReference(Reference):
         T_wt: Commanded pose of the tool; None where joints are commanded.
     """
 
-    def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float = 1e-3) -> None:
+    def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float) -> None:
         self.payload = None
         self.T_wt: pin.SE3 | None = None
         self._limits, self._duration = model.limits, steps * dt

@@ -12,13 +12,7 @@ from bt_manip.exceptions import ANY_BUT_INTERRUPT, reason_of
 from bt_manip.plugins import load_plugins
 from bt_manip.record import cpu_name, identify, versions
 from bt_manip.runner import next_digest, request_of
-from bt_manip_learn.agents import (
-    STEP,
-    Episodes,
-    Images,
-    Observations,
-    action_kind,
-)
+from bt_manip_learn.agents import STEP, Episodes, Images, Observations, action_kind
 
 from .store import Demonstration, DemonstrationStore
 

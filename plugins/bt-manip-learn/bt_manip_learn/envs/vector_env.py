@@ -38,6 +38,7 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     Attributes:
         env: The single environment whose code serves all environments.
+        autoreset_mode: When an environment that has ended is reset.
 
     Raises:
         BtManipError: If an option is invalid, or the task cannot be batched.
@@ -63,9 +64,9 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self.env.close()
             raise
         self.num_envs = num_envs
-        self._mode = AutoresetMode(autoreset_mode)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.render_mode = self.env.render_mode
-        self.metadata = {**self.env.metadata, "autoreset_mode": self._mode}
+        self.metadata = {**self.env.metadata, "autoreset_mode": self.autoreset_mode}
         self.single_observation_space = self.env.observation_space
         self.single_action_space = self.env.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -111,8 +112,8 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Make one step in each environment; see `gymnasium.vector.VectorEnv`."""
         n = self.num_envs
         rewards, ends, limits = np.zeros(n), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-        resetting = self._ended & (self._mode is AutoresetMode.NEXT_STEP)
-        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+        resetting = self._ended & (self.autoreset_mode is AutoresetMode.NEXT_STEP)
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.any():
             raise BtManipError(
                 "an environment has ended, and autoreset is disabled: reset it with 'reset_mask'"
             )
@@ -133,16 +134,11 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self._steps[i] += 1
             limits[i] = self._max_steps is not None and self._steps[i] >= self._max_steps
             self._ended[i] = ends[i] or limits[i]
-            if self._ended[i] and self._mode is AutoresetMode.SAME_STEP:
+            if self._ended[i] and self.autoreset_mode is AutoresetMode.SAME_STEP:
                 infos = self._add_info(infos, {"final_obs": observation, "final_info": info}, i)
                 info = self._reset(i, None, {})
             infos = self._add_info(infos, info, i)
         return self._gathered(), rewards, ends, limits, infos
-
-    @property
-    def autoreset_mode(self) -> AutoresetMode:
-        """When an environment that has ended is reset."""
-        return self._mode
 
     def render(self) -> tuple[Any, ...]:
         """Return the image of each environment, see `GymnasiumEnvironment.render`."""

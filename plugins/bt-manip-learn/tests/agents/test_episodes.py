@@ -124,6 +124,16 @@ def test_actions_are_bounded_by_the_limits_of_the_joints_and_those_of_the_tool(
         assert space.units == (*["m"] * linear, *[unit] * (len(low) - linear), "-")
 
 
+def test_a_step_takes_its_time_with_any_step_of_the_physics(episodes, monkeypatch):
+    episodes.reset(0)
+    monkeypatch.setattr(episodes.station.cell.model.opt, "timestep", 2e-3)
+    (reference,) = action_kind("joint_targets", episodes).take_over()
+    reference.move_to(reference.q + 0.01, reference.q)
+    positions, *_ = reference.finish()
+    assert len(positions) == 25
+    assert reference.v == pytest.approx([1.5 * 0.01 / 0.05] * 7)  # the end of a parabola
+
+
 def test_torques_of_an_agent_and_of_the_expert_are_beside_gravity_and_coriolis(episodes):
     episodes.reset(2)
     for _ in range(4):

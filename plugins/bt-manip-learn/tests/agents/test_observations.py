@@ -6,7 +6,6 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.cell.objects import ModelObject
-from bt_manip.exceptions import BtManipError
 from bt_manip.spatial import pose
 from bt_manip_learn.agents import Images, Observations
 
@@ -67,11 +66,6 @@ def test_images_show_the_entities(station, opengl):
     depth = -axis @ (cell.pose("cube").translation - cell.data.cam_xpos[camera])
     measured = found["overview_depth"][seen == numbers["cube"]]
     assert np.median(measured) == pytest.approx(depth, abs=0.03)
-
-
-def test_an_unknown_kind_of_images_is_refused(station):
-    with pytest.raises(BtManipError, match="no images are called 'rbg'"):
-        Observations(station.cell, station.robots, Images(("rbg",)))
 
 
 def test_joints_of_objects_are_observed(parts, tmp_path):

@@ -62,6 +62,7 @@ def make_demonstration():
             rng.normal(size=(steps + 1, 9)),
             ("pick/Reach", "pick/Grasp", "pick/Lift", "pick/Lift", "")[:steps],
             rng.integers(0, 4, (steps, 6), dtype=np.uint8),
+            "pick the red cube up" if episode == 1 else "",  # otherwise that of the manifest
         )
 
     return make

@@ -72,7 +72,7 @@ def test_lerobot_reads_the_dataset(lerobot, store, tmp_path, observations, sizes
     assert write_lerobot(store, folder, "joint_targets", lerobot, observations) == 3
     states = ["", "environment_"][: len(sizes.split())]
     lines = lines_of(lerobot, READ, str(folder), *states)
-    assert lines[0] == f"3 {3 * STEPS} 20 pick the cube up {store.read(1).leaves[1]}"
+    assert lines[0] == f"3 {3 * STEPS} 20 pick the red cube up {store.read(1).leaves[1]}"
     assert lines[1] == sizes
     shape, action = lines[2].rsplit(" ", 1)
     assert shape == "(3, 8, 12)"

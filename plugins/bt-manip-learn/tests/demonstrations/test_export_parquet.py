@@ -2,7 +2,6 @@
 
 import json
 import struct
-from dataclasses import replace
 
 import numpy as np
 from pyarrow import parquet
@@ -27,18 +26,11 @@ def test_rows_are_the_steps_of_all_demonstrations(store, tmp_path):
         "statuses": lambda one: one.statuses,
     }.items():
         np.testing.assert_array_equal(table[column], np.concatenate([get(one) for one in store]))
+    sentences = [IDENTITY["task"], "pick the red cube up", IDENTITY["task"]]
+    assert table["task"] == [text for text in sentences for _ in range(STEPS)]
     assert table["leaf"] == [leaf for one in store for leaf in one.leaves]
     image = table["obs.overview_rgb"][0]
     assert image[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", image[16:24]) == (12, 8)
     metadata = parquet.read_schema(path).metadata
     assert json.loads(metadata[b"bt_manip"])["tree"] == "pick"
-
-
-def test_a_demonstration_with_a_sentence_of_its_own_keeps_it(store, make_demonstration, tmp_path):
-    store.write(replace(make_demonstration(1), task="pick the red cube up"))
-    assert store.read(1).task == "pick the red cube up"
-    write_demonstration_table(store, tmp_path / "demos.parquet")
-    table = parquet.read_table(tmp_path / "demos.parquet").to_pydict()
-    general = [IDENTITY["task"]] * STEPS
-    assert table["task"] == [*general, *["pick the red cube up"] * STEPS, *general]

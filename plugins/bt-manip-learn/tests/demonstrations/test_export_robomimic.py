@@ -60,10 +60,3 @@ def test_one_demonstration_of_ten_validates():
     assert len(found["valid"]) == 2 and sorted(found["train"] + found["valid"]) == sorted(names)
     assert split(names) == found
     assert len(split(names[:3])["valid"]) == 1
-
-
-def test_observations_that_only_a_simulator_knows_can_be_left_out(store, tmp_path):
-    path = tmp_path / "demos.hdf5"
-    write_robomimic(store, path, "joint_targets", "robot")
-    with h5py.File(path) as file:
-        assert sorted(file["data/demo_0/obs"]) == ["joint_positions", "overview_rgb"]

@@ -11,25 +11,6 @@ from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationSt
 from bt_manip_learn.demonstrations.recorder import same_length
 from bt_manip_learn.envs import LearningTask
 
-TREE = """
-<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T" _goal="ObjectExists object={goal}">
-    <Sequence>
-      <SpawnObject model="cube" object="{cube}"/>
-      <Hover object="{cube}" height="0.3"/>
-      <ObjectExists name="is there" object="{there}"/>
-      <Sleep msec="200"/>
-    </Sequence>
-  </BehaviorTree>
-  <TreeNodesModel>
-    <SubTree ID="T">
-      <input_port name="goal" default="never"/>
-      <input_port name="there" default="table"/>
-    </SubTree>
-  </TreeNodesModel>
-</root>
-"""
-
 DISTANCE = {"joint_targets": 5e-3, "cartesian_deltas": 0.01}
 """Largest differences of the positions of tool and cube, as docs/demonstrations.md says [m]."""
 
@@ -38,12 +19,11 @@ ANGLE = 1e-3
 
 
 @pytest.fixture(scope="module")
-def make_recorder(tmp_path_factory):
+def make_recorder(tmp_path_factory, small_trees):
     """Make a recorder of a tree that hovers over a cube; by default it does not reach its goal."""
-    folder = tmp_path_factory.mktemp("demos")
-    tree = folder / "hover.xml"
-    tree.write_text(TREE)
-    return partial(DemonstrationRecorder, folder / "store", str(tree))
+    return partial(
+        DemonstrationRecorder, tmp_path_factory.mktemp("demos") / "store", f"{small_trees}:aimless"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -158,30 +138,17 @@ def test_the_same_episode_has_the_same_digest_whatever_ran_before(recorder, make
     assert one.digest == again.digest != recorder.record(4).digest
 
 
-DIVERGING = """
-from bt_manip.behaviours import Grasp, Hover, IsIn, Reach, SpawnObject
-from bt_manip.bt import Action, Sequence, Sleep, Status, Tree
+def test_an_episode_whose_state_diverges_in_the_grip_is_a_failed_one(tmp_path, monkeypatch):
+    recorder = DemonstrationRecorder(tmp_path, "pick_place")
+    store = DemonstrationStore.create(tmp_path, recorder.identity())
+    station, step = recorder.episodes.station, recorder.episodes.expert_step
 
+    def diverging():
+        if station.gripper.held:
+            station.cell.data.qvel[:] = np.nan
+        step()
 
-class Diverge(Action):
-    def setup(self, **infrastructure):
-        self.cell = infrastructure["cell"]
-
-    def update(self):
-        self.cell.data.qvel[:] = float("nan")
-        return Status.RUNNING
-
-
-def tree():
-    steps = [kind(object="{cube}") for kind in (SpawnObject, Hover, Reach, Grasp)]
-    return Tree(Sequence("pick", *steps, Diverge()), goal=IsIn(object="{cube}", container="basket"))
-"""
-
-
-def test_an_episode_whose_state_diverges_is_a_failed_one(tmp_path):
-    (tmp_path / "diverging.py").write_text(DIVERGING)
-    recorder = DemonstrationRecorder(tmp_path / "store", f"{tmp_path}/diverging.py:tree")
-    store = DemonstrationStore.create(recorder.folder, recorder.identity())
+    monkeypatch.setattr(recorder.episodes, "expert_step", diverging)
     for episode in (0, 1):
         recorder.run(episode)
         assert store.read(episode).reason.startswith("PhysicsDiverged: MuJoCo warned at")
@@ -194,10 +161,3 @@ def test_images_of_chosen_cameras_are_observed(make_recorder, opengl):
     images = recorder.record(0).observations["overview_rgb"]
     assert images.shape[1:] == (24, 32, 3) and images.dtype == np.uint8
     assert images[0].std() > 5.0
-
-
-def test_bad_input_is_found_before_anything_runs(make_recorder):
-    with pytest.raises(BtManipError, match="no camera"):
-        make_recorder(cameras=["overvew"]).identity()
-    with pytest.raises(BtManipError, match="unknown robot"):
-        make_recorder(robot="pand")

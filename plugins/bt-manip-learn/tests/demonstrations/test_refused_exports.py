@@ -1,6 +1,5 @@
 """What no file can be made of is refused."""
 
-import builtins
 import sys
 from functools import partial
 
@@ -41,13 +40,6 @@ def test_an_unknown_kind_of_actions_is_refused(store, tmp_path, write):
 
 
 def test_without_minari_the_extra_is_named(store, tmp_path, monkeypatch):
-    real = builtins.__import__
-
-    def without(name, *args, **options):
-        if name.startswith("minari"):
-            raise ImportError(name)
-        return real(name, *args, **options)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "minari", None)
     with pytest.raises(BtManipError, match=r"pip install 'bt-manip-learn\[minari\]'"):
         write_minari(store, tmp_path / "pick-v0", "joint_targets")

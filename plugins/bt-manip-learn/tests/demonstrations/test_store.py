@@ -13,18 +13,9 @@ from .conftest import IDENTITY
 
 
 def test_a_demonstration_is_read_as_it_was_written(store, make_demonstration):
-    written, read = make_demonstration(1), store.read(1)
-    assert len(read) == len(written)
-    for name in ("episode", "success", "reason", "digest", "leaves"):
-        assert getattr(read, name) == getattr(written, name)
-    for name in ("rewards", "dones", "states", "statuses"):
-        there = getattr(written, name)
-        np.testing.assert_array_equal(getattr(read, name), there)
-        assert getattr(read, name).dtype == there.dtype
-    for group in ("observations", "actions"):
-        assert getattr(read, group).keys() == getattr(written, group).keys()
-        for name, array in getattr(written, group).items():
-            np.testing.assert_array_equal(getattr(read, group)[name], array)
+    read = store.read(1)
+    np.testing.assert_equal(vars(read), vars(make_demonstration(1)))
+    assert (read.dones.dtype, read.statuses.dtype) == (bool, np.uint8)
 
 
 def test_iterating_leaves_out_failed_episodes_without_steps_and_unfinished_files(store):
@@ -53,9 +44,8 @@ def test_the_manifest_has_the_outcome_of_each_episode(store):
     manifest = json.loads((store.folder / "manifest.json").read_text())
     assert manifest["tree"] == "pick"
     outcomes = manifest["episodes"]
-    assert [one["episode"] for one in outcomes] == [0, 1, 2, 3]
-    assert [one["success"] for one in outcomes] == [True, True, False, True]
-    assert [one["steps"] for one in outcomes] == [5, 5, 0, 5]
+    found = [(one["episode"], one["success"], one["steps"]) for one in outcomes]
+    assert found == [(0, True, 5), (1, True, 5), (2, False, 0), (3, True, 5)]
     assert outcomes[1]["digest"] == store.read(1).digest
 
 

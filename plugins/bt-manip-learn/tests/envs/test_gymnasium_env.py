@@ -61,22 +61,6 @@ def test_another_process_has_the_same_observations_and_imports_gymnasium_only_fo
     assert digest(env, 8) != digest(env, 7)
 
 
-def test_a_state_continues_bit_for_bit():
-    env = gymnasium.make(ID, action="joint_torques", disable_env_checker=True)
-    env.reset(seed=5)
-    env.action_space.seed(5)
-    actions = [0.1 * env.action_space.sample() for _ in range(4)]
-    env.step(actions[0])
-    env.step(actions[1])
-    state = env.unwrapped.get_state()
-    expected = [env.step(action)[0] for action in actions[2:]]
-    env.reset(seed=6)
-    env.reset(options={"state": json.loads(json.dumps(state))})
-    found = [env.step(action)[0] for action in actions[2:]]
-    for a, b in zip(expected, found, strict=True):
-        assert all(np.array_equal(a[name], b[name]) for name in a)
-
-
 @pytest.mark.soak
 @pytest.mark.parametrize("action", ACTIONS)
 @pytest.mark.parametrize("tree", load_plugins().parts.trees)

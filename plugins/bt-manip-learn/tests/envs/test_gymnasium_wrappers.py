@@ -29,24 +29,6 @@ def env():
     made.close()
 
 
-def run(env, steps=7):
-    """Make steps over the ends of episodes; return the last infos of the episodes."""
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    infos = []
-    for _ in range(steps):
-        *_, terminated, truncated, info = env.step(env.action_space.sample())
-        if terminated or truncated:
-            infos.append(info)
-            env.reset()
-    return infos
-
-
-def test_statistics_of_episodes_are_recorded(env):
-    infos = run(wrappers.RecordEpisodeStatistics(env))
-    assert [(one["episode"]["l"], one["episode_number"]) for one in infos] == [(3, 0), (3, 1)]
-
-
 @pytest.mark.parametrize(
     "wrap",
     [
@@ -77,9 +59,6 @@ def test_info_has_no_key_of_gymnasiums_own(env):
     assert info["is_success"] is False and info["failure"] == ""
 
 
-# Actions
-
-
 def test_actions_are_scaled_to_one_unless_physical_units_are_asked_for():
     scaled, physical = make(), make(physical_units=True)
     assert (scaled.action_space.low == -1).all() and (scaled.action_space.high == 1).all()
@@ -93,29 +72,17 @@ def test_actions_are_scaled_to_one_unless_physical_units_are_asked_for():
     np.testing.assert_allclose(*found, atol=1e-6)
 
 
-def test_an_action_of_another_size_is_refused(env):
-    env.reset(seed=0)
-    with pytest.raises(BtManipError, match="8 finite numbers"):
-        env.unwrapped.step(np.zeros(1))
-
-
-# Options
-
-
-IMAGES = {"goal_conditioned": True, "images": {}}
-REWARD = {"goal_conditioned": True, "reward": "dense"}
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"rewards": "dense"}, "an environment has no option 'rewards'; did you mean 'reward'"),
         ({"frameskip": 1}, "unexpected keyword argument 'frameskip'"),  # TorchRL
         ({"render_mod": "rgb_array"}, "no option 'render_mod'; did you mean 'render_mode'"),
-        (IMAGES, "leave out 'images' and 'reward'"),
-        (REWARD, "leave out 'images' and 'reward'"),
+        ({"goal_conditioned": True, "images": {}}, "leave out 'images' and 'reward'"),
+        ({"goal_conditioned": True, "reward": "dense"}, "leave out 'images' and 'reward'"),
         ({"reward": "shaped", "discount": 1.5}, "the discount is from 0 to 1, got 1.5"),
         ({"reward": "dense", "discount": 0.9}, "'shaped', and has no effect on 'dense'"),
+        ({"images": {"kinds": ("rbg",)}}, "no images are called 'rbg'; did you mean 'rgb'"),
         ({"images": {"camera": ("overview",)}}, "images have no option 'camera'; .* 'cameras'"),
         ({"images": {"cameras": ("overvew",)}}, "no camera 'overvew'; did you mean 'overview'"),
         ({"images": {"kinds": (), "cameras": ("overvew",)}}, "no camera 'overvew'"),
@@ -127,7 +94,10 @@ def test_options_that_are_unknown_or_do_not_go_together_are_refused(options, mes
     assert isinstance(error.value, TypeError) == (" option " in str(error.value))  # as libraries do
 
 
-def test_a_misspelt_option_of_reset_is_named(env):
+def test_an_action_of_another_size_and_a_misspelt_option_of_reset_are_refused(env):
+    env.reset(seed=0)
+    with pytest.raises(BtManipError, match="8 finite numbers"):
+        env.unwrapped.step(np.zeros(1))
     with pytest.raises(BtManipError, match="reset has no option 'episodes'; .* 'episode'"):
         env.reset(options={"episodes": 3})
 
@@ -152,9 +122,6 @@ def test_ids_exist_for_trees_that_need_no_arguments_only():
     assert "bt_manip/PickPlacePolicy-v0" not in ids  # the file of the policy has no default
 
 
-# Copies
-
-
 def test_a_copy_continues_the_episode_and_those_after_it():
     env = make()
     env.reset(seed=4)
@@ -174,9 +141,6 @@ def test_an_environment_that_records_says_why_it_cannot_be_copied(tmp_path):
     env = GymnasiumEnvironment("pick_place", record=str(tmp_path / "run.mcap"))
     with pytest.raises(BtManipError, match="would write the same files"):
         copy.deepcopy(env)
-
-
-# Bounds
 
 
 def test_known_bounds_are_declared_and_kept():

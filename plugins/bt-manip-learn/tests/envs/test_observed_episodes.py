@@ -9,23 +9,17 @@ import pytest
 import bt_manip_learn.envs  # noqa: F401 (registers the environments)
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
-from bt_manip.runner import KINDS, RunObserver
 from bt_manip_learn.envs import LearningTask
 from bt_manip_recording import Continuation, Recording
+from tests.support.runs import Listener
 
 FAULT = "vanish at=SpawnObject after=0.2"
 
 
-class Log(RunObserver):
-    """Keeps the kinds and data of events, and the runs that have ended."""
+class Log(Listener):
+    """Keeps events, and counts the runs that have ended."""
 
-    kinds = KINDS
-
-    def __init__(self) -> None:
-        self.events, self.ended = [], 0
-
-    def handle(self, event) -> None:
-        self.events.append((event.kind, event.data))
+    ended = 0
 
     def run_ended(self) -> None:
         self.ended += 1
@@ -40,10 +34,20 @@ def cycles(path) -> list[dict]:
     return [event.data for event in Recording(path).events("cycle")]
 
 
-def test_each_episode_of_an_environment_is_a_recording(tmp_path):
+@pytest.fixture
+def page(parts):
+    from bt_manip_view import Page
+
+    panels = parts.of("panels")
+    page = Page({name: panels.get(name) for name in panels.in_order()}, port=0, speed=None)
+    yield page
+    page.close()
+
+
+def test_each_episode_of_an_environment_is_a_recording_and_watched_on_the_page(tmp_path, page):
     env = gymnasium.make(
         "bt_manip/PickPlace-v0", record=str(tmp_path / "run-{episode}.mcap"), faults=(FAULT,),
-        physical_units=True,
+        observers=(page,), physical_units=True,
     )  # fmt: skip
     task = env.unwrapped.task
     env.reset(seed=3)
@@ -52,6 +56,9 @@ def test_each_episode_of_an_environment_is_a_recording(tmp_path):
         *_, failed, _, info = env.step(hold(task))
         steps += 1
     assert info["failure"] == "'cube' has left the cell"
+    page.refresh(now=True)
+    (shown,) = (one[-1] for one in json.loads(page.gui.snapshot()[1]) if "status" in one)
+    assert "cycle 1" in shown["text"] and "FAILURE" in shown["text"]
     env.reset()
     env.step(hold(task))
     env.close()
@@ -69,33 +76,28 @@ def test_each_episode_of_an_environment_is_a_recording(tmp_path):
     assert len(recording.control_steps()["t"]) == pytest.approx(50 * steps, abs=20)
 
 
-def test_a_name_without_a_number_records_the_first_episode_which_no_tree_continues(tmp_path):
-    task = LearningTask("pick_place", record=str(tmp_path / "run.mcap"))
-    for episode in (4, 5):
-        task.reset(0, episode)
-        task.step(hold(task))
-    task.close()
-    assert [path.name for path in tmp_path.glob("*.mcap")] == ["run.mcap"]
-    assert [one["cycle"] for one in cycles(tmp_path / "run.mcap")] == [4]
-    with pytest.raises(BtManipError, match="in which an agent acted"):
-        Continuation(Recording(tmp_path / "run.mcap"), 0.02)
-
-
-def test_a_restored_state_ends_the_recording(tmp_path):
+def test_a_name_without_a_number_records_the_first_episode_until_a_state_is_restored(tmp_path):
     path = tmp_path / "run.mcap"
     task = LearningTask("pick_place", record=str(path))
-    task.reset(0)
+    task.reset(0, 4)
     task.step(hold(task))
     state = json.loads(json.dumps(task.get_state()))
     task.step(hold(task))
     task.set_state(state)
-    end = Recording(path).end
     task.step(hold(task))
-    assert Recording(path).end == end == pytest.approx(0.1, abs=0.02)
+    task.reset(0, 5)
+    task.step(hold(task))
+    task.close()
+    assert Recording(path).end == pytest.approx(0.1, abs=0.02)  # the restored state ended it
+    assert [path.name for path in tmp_path.glob("*.mcap")] == ["run.mcap"]
+    assert [one["cycle"] for one in cycles(path)] == [4]
+    with pytest.raises(BtManipError, match="in which an agent acted"):
+        Continuation(Recording(path), 0.02)
 
 
 def test_observers_see_an_agents_episode_as_a_cycle_and_change_nothing():
-    log = Log()
+    events = []
+    log = Log(events)
     task, plain = LearningTask("pick_place", observers=(log,)), LearningTask("pick_place")
     for one in (task, plain):
         one.reset(0, 2)
@@ -104,9 +106,9 @@ def test_observers_see_an_agents_episode_as_a_cycle_and_change_nothing():
     states = [one.episodes.station.cell.state_bytes() for one in (task, plain)]
     assert states[0] == states[1]
     task.reset(0, 3)
-    kinds = {kind for kind, _ in log.events}
+    kinds = {event.kind for event in events}
     assert {"tree", "status", "cycle", "entity", "blackboard", "contact", "tick"} <= kinds
-    assert [data["cycle"] for kind, data in log.events if kind == "cycle"] == [2, 3]
+    assert [one.data["cycle"] for one in events if one.kind == "cycle"] == [2, 3]
     assert log.ended == 1
     task.close()
     assert log.ended == 2
@@ -127,21 +129,3 @@ def test_a_state_that_diverges_in_the_grip_ends_the_episode_with_its_reason():
     assert (cycle.status, cycle.reason) == ("FAILURE", outcome.failure)
     assert (cycle.object, cycle.placed, cycle.goal) == ("cube", False, False)
     task.close()
-
-
-def test_an_agents_episode_is_watched_on_the_page(parts):
-    from bt_manip_view import Page
-
-    registered = parts.of("panels")
-    panels = {name: registered.get(name) for name in registered.in_order()}
-    page = Page(panels, port=0, speed=None)
-    try:
-        task = LearningTask("pick_place", observers=(page,), faults=(FAULT,))
-        task.reset(0)
-        while not task.step(hold(task)).failure:
-            pass
-        page.refresh(now=True)
-        (shown,) = (one[-1] for one in json.loads(page.gui.snapshot()[1]) if "status" in one)
-        assert "cycle 1" in shown["text"] and "FAILURE" in shown["text"]
-    finally:
-        page.close()

@@ -46,8 +46,7 @@ def steps_of_the_expert(env, seed, disturbed):
             cell.move(name, pose(place + [0, 0, 0.15]), overlap=1.0)
 
 
-QUICK = [("pick_place", False), ("pick_place_cluttered", True)]
-"""Undisturbed, pick_place_cluttered is in test_takeover.py."""
+QUICK = [("pick_place", False), ("pick_place_cluttered", False), ("pick_place_cluttered", True)]
 
 TREES = [
     pytest.param(tree, disturbed, marks=() if (tree, disturbed) in QUICK else pytest.mark.soak)

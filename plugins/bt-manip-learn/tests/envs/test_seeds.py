@@ -16,12 +16,9 @@ from bt_manip_learn.envs.vector_env import BatchEnvironment
 
 TREE = """\
 <root BTCPP_format="4">
-  <BehaviorTree ID="Look" _goal="IsHolding robot={robot} object={object}">
-    <Sequence><Hover robot="{robot}" object="{object}" height="0.3"/></Sequence>
+  <BehaviorTree ID="Look" _goal="IsHolding robot={0} object={1}">
+    <Sequence><Hover robot="{0}" object="{1}" height="0.3"/></Sequence>
   </BehaviorTree>
-  <TreeNodesModel>
-    <SubTree ID="Look"><input_port name="robot"/><input_port name="object"/></SubTree>
-  </TreeNodesModel>
 </root>
 """
 
@@ -63,12 +60,11 @@ def first_observation(task, seed):
 def test_the_first_observation_is_a_function_of_the_seed(parts, tmp_path, scene, robot, name):
     """The tree moves in its first tick: nothing is simulated before."""
     tree = tmp_path / "look.xml"
-    tree.write_text(TREE)
+    tree.write_text(TREE.format(robot, name))
     random = Randomization(objects={name: QUANTITIES})
     varied = replace(parts.scenes.create(scene), randomization=random)
     parts = replace(parts, scenes=parts.scenes.with_part("varied", lambda: varied))
-    options = {"scene": "varied", "settings": {"robot": robot, "object": name}}
-    task, other = (LearningTask(str(tree), parts=parts, seed=s, **options) for s in (0, 8))
+    task, other = (LearningTask(str(tree), parts=parts, scene="varied", seed=s) for s in (0, 8))
     check_first_observation(task, other)
     cell, wrench = task.episodes.station.cell, f"{name}_contact_wrench"
     first = task.observe()[wrench]

@@ -1,7 +1,6 @@
 """A batch of environments (`bt_manip_learn.envs.batch`) has the bits of single ones."""
 
 import json
-from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -62,26 +61,30 @@ def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
     assert assert_same_bits(7, n=2, limit=3, mode=mode) >= 4
 
 
-def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts):
-    text = Path(parts.trees.get("pick_place")).read_text()
-    spawn = '<SpawnObject name_hint="part" model="{cube}"'
-    for old, new in (
-        ('ID="PickPlace"', 'ID="PickPlace" _results="object half unwritten"'),
-        ('<SpawnObject model="{cube}"', f'<Script code="half := 0.5"/>{spawn}'),
-    ):
-        text = text.replace(old, new)
+RESULTS = """\
+<root BTCPP_format="4">
+  <BehaviorTree ID="T" _goal="IsIn object={cube} container=basket" _results="cube half unwritten">
+    <Sequence>
+      <Script code="half := 0.5"/><SpawnObject name_hint="part" object="{cube}"/><MoveHome/>
+    </Sequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path):
     tree = tmp_path / "counted.xml"
-    tree.write_text(text)
+    tree.write_text(RESULTS)
     single, batch = GymnasiumEnvironment(str(tree)), BatchEnvironment(str(tree), 2)
     _, info = single.reset(seed=5)
-    assert info["results"] == {"object": "part", "half": 0.5}
+    assert info["results"] == {"cube": "part", "half": 0.5}
     _, infos = batch.reset(seed=5)
     for _ in range(2):
         assert infos["results"]["half"].tolist() == [0.5, 0.5]
-        assert infos["results"]["object"].tolist() == ["part", "part"]
+        assert infos["results"]["cube"].tolist() == ["part", "part"]
         *_, infos = batch.step(batch.action_space.sample())
     *_, info = single.step(single.action_space.sample())
-    assert info["results"] == {"object": "part", "half": 0.5}
+    assert info["results"] == {"cube": "part", "half": 0.5}
 
 
 @pytest.mark.soak

@@ -59,40 +59,19 @@ def test_without_an_object_it_has_closed_on_nothing():
     assert not gripper.steady and not gripper.moving
 
 
-def test_signals_of_many_steps_are_those_of_single_steps(grip):
-    cell, robot, control, gripper = grip
-    gripper.close()
-    kept, single = gripper.get_state(), []
-    for _ in range(70):
-        cell.step()
-        single.append(cell.data.ctrl[gripper.mechanism.ctrl_adr])
-    after = gripper.get_state()
-    gripper.set_state(kept)
-    rows = np.concatenate([gripper.signals(30), gripper.signals(40)])
-    assert rows.tobytes() == np.array(single).tobytes()
-    assert gripper.get_state()["ramp"] == after["ramp"]
-
-
-@pytest.fixture
-def mirrored(tmp_path):
-    """A Panda whose second finger moves away from its joint, and twice as far, by description."""
+def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(tmp_path):
+    """The second finger moves away from its joint, and twice as far, by description."""
     description, path = panda(), tmp_path / "finger_travel.toml"
     parameters = description.gripper.parameters
     text = Path(parameters["travel"]).read_text().replace("min_width = 0.0", "min_width = 0.016")
     straight, travel = "[[0.0, 1.0], [0.0, 1.0]]", "[[0.003, 1.0], [-0.005, -2.0]]"
     assert straight in text
     path.write_text(text.replace(straight, travel))
-    gripper = replace(description.gripper, parameters={**parameters, "travel": str(path)})
-    robot, cell = (
-        Robot(replace(description, gripper=gripper), gripper=NativeTwoFingerGripper),
-        Cell(),
-    )
+    mirrored = replace(description.gripper, parameters={**parameters, "travel": str(path)})
+    robot = Robot(replace(description, gripper=mirrored), gripper=NativeTwoFingerGripper)
+    cell = Cell()
     cell.add(robot)
-    return cell.model, robot.gripper
-
-
-def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(mirrored):
-    model, gripper = mirrored
+    model, gripper = cell.model, robot.gripper
     motors = gripper.mechanism.ctrl_adr
     dofs = model.jnt_dofadr[model.actuator_trnid[motors, 0]]
     kp, kd = -model.actuator_biasprm[motors, 1:3].T

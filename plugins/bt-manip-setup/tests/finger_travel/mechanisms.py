@@ -1,7 +1,13 @@
 """Small grippers of every kind, on an arm of one joint."""
 
 from math import cos, tan
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mujoco
+
+from bt_manip.robots import RobotDescription
+from bt_manip_setup.finger_travel import FoundFingers, find_fingers
 
 ARM = ("turn",)
 
@@ -147,7 +153,24 @@ MECHANISMS = {
 }  # fmt: skip
 
 
-def model_of(kind: str) -> str:
+def rig(kind: Kind) -> str:
     """Return the MJCF of a gripper on an arm of one joint."""
-    parts = {**MECHANISMS, "none": Kind("")}[kind]
-    return _MODEL.format(palm=parts.palm, rest=parts.rest, actuators=parts.actuators)
+    return _MODEL.format(palm=kind.palm, rest=kind.rest, actuators=kind.actuators)
+
+
+def model_of(name: str) -> str:
+    """Return the MJCF of one of the grippers."""
+    return rig(MECHANISMS[name])
+
+
+def fingers_in(xml: str, **options: Any) -> FoundFingers:
+    """Find the fingers of a gripper on an arm of one joint."""
+    return find_fingers(mujoco.MjModel.from_xml_string(xml), ARM, **options)
+
+
+def described_arm(model: Path, **more: Any) -> RobotDescription:
+    """Describe the arm of one joint."""
+    return RobotDescription(
+        name="rig", model=str(model), arm_joints=ARM, home=(0.0,), velocity=(1.0,),
+        acceleration=(5.0,), jerk=(100.0,), **more,
+    )  # fmt: skip

@@ -13,7 +13,7 @@ from numpy.polynomial.polynomial import polyval
 from bt_manip.robots import RobotError
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
 
-from .mechanisms import ARM, MECHANISMS, model_of
+from .mechanisms import ARM, MECHANISMS, Kind, fingers_in, model_of, rig
 
 
 def check_widths(kind, found):
@@ -34,7 +34,7 @@ def check_widths(kind, found):
 @pytest.mark.parametrize("kind", MECHANISMS)
 def test_fingers_of_every_kind_are_found(kind):
     mechanism = MECHANISMS[kind]
-    found = find_fingers(mujoco.MjModel.from_xml_string(model_of(kind)), ARM)
+    found = fingers_in(model_of(kind))
     assert set(found.fingers) == set(mechanism.fingers)
     assert found.body == "palm" and found.motor == mechanism.motor
     assert len(found.joints) == (1 if found.motor else 2)
@@ -45,6 +45,7 @@ def test_fingers_of_every_kind_are_found(kind):
     assert found.travel.min_width == pytest.approx(mechanism.closed, abs=2e-4)
     assert found.travel.open_width == pytest.approx(mechanism.opened, rel=0.05)
     assert found.travel.one_moves == mechanism.one_moves
+    assert found.travel.centre[1] == 0.5 * mechanism.one_moves  # the middle of the pads moves
     check_widths(kind, found)
     if mechanism.force is None:
         assert found.max_force is None
@@ -58,16 +59,13 @@ def test_the_first_joint_moves_the_first_finger_also_where_a_gear_of_the_second_
     )
     tie = '<equality><joint joint1="gear" joint2="right_joint"/></equality><actuator>'
     xml = model_of("slides").replace('<body name="left"', f'{gear}</body><body name="left"')
-    found = find_fingers(mujoco.MjModel.from_xml_string(xml.replace("<actuator>", tie)), ARM)
+    found = fingers_in(xml.replace("<actuator>", tie))
     assert found.joints == ("left_joint", "right_joint") and found.fingers == ("left", "right")
 
 
 def test_the_measured_openings_do_not_depend_on_the_pose_of_the_arm():
     turned = model_of("coupled_slides").replace('pos="0 0 1"', 'pos="0 0 1" euler="30 20 10"')
-    found, other = (
-        find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
-        for xml in (model_of("coupled_slides"), turned)
-    )
+    found, other = (fingers_in(xml) for xml in (model_of("coupled_slides"), turned))
     assert np.allclose(found.T_bt.homogeneous, other.T_bt.homogeneous, atol=1.1e-3)
     assert found.travel.open_width == pytest.approx(other.travel.open_width, abs=1e-6)
 
@@ -100,45 +98,32 @@ def test_the_effort_against_springs_is_that_of_each_motor():
         xml = model_of(kind).replace('armature="0.05"', springs)
         if scale == 2.0:  # the second spring pulls the other way
             xml = 'springref="0.01"'.join(xml.rsplit('springref="-0.01"', 1))
-        travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
+        travel = fingers_in(xml).travel
         for q in (0.02, 0.035):
             assert polyval(q, travel.holding[0]) == pytest.approx(scale * 50 * (q + 0.01), rel=0.03)
 
 
+LOOSE = '<body><joint name="{}"/><geom size="0.01"/></body>'
+JAW = """<body name="jaw" pos="0 0 0.1"><joint name="a" range="0 1" limited="true"/>
+  <geom size="0.01" {}/></body>"""
+
+
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("palm", "message"),
     [
-        ("</worldbody>", "</worldbody>", "no joints beyond the arm's last one, 'turn'"),
+        ("", "no joints beyond the arm's last one, 'turn'"),
+        ("".join(map(LOOSE.format, "abc")), "3 joints beyond 'turn' move independently: 'a', 'b',"),
+        (LOOSE.format("a"), "without a range: 'a'"),
+        (JAW.format(""), "no two surfaces .* open and close by more than 2 mm$"),
         (
-            "<!--palm-->",
-            '<body><joint name="a"/><geom size="0.01"/></body>'
-            '<body><joint name="b"/><geom size="0.01"/></body>'
-            '<body><joint name="c"/><geom size="0.01"/></body>',
-            "3 joints beyond 'turn' move independently: 'a', 'b', 'c'",
-        ),
-        (
-            "<!--palm-->",
-            '<body><joint name="a"/><geom size="0.01"/></body>',
-            "without a range: 'a'",
-        ),
-        (
-            "<!--palm-->",
-            '<body pos="0 0 0.1"><joint name="a" range="0 1" limited="true"/>'
-            '<geom size="0.01"/></body>',
-            "no two surfaces .* open and close by more than 2 mm$",
-        ),
-        (
-            "<!--palm-->",
-            '<body name="jaw" pos="0 0 0.1"><joint name="a" range="0 1" limited="true"/>'
-            '<geom size="0.01" contype="0" conaffinity="0"/></body>',
+            JAW.format('contype="0" conaffinity="0"'),
             "by more than 2 mm; give a collision geometry to the bodies without one: 'jaw'$",
         ),
     ],
 )
-def test_what_is_no_gripper_of_two_fingers_is_said(old, new, message):
-    model = mujoco.MjModel.from_xml_string(model_of("none").replace(old, new))
+def test_what_is_no_gripper_of_two_fingers_is_said(palm, message):
     with pytest.raises(RobotError, match=message):
-        find_fingers(model, ARM)
+        fingers_in(rig(Kind(palm)))
 
 
 def test_meshes_that_overlap_where_the_fingers_are_open_need_convex_parts(monkeypatch):
@@ -156,9 +141,9 @@ def test_meshes_that_overlap_where_the_fingers_are_open_need_convex_parts(monkey
     pad = 'type="box" size="0.01 0.004 0.01"'
     meshes = boxes.replace("<worldbody>", mesh).replace(pad, 'type="mesh" mesh="hull"')
     with pytest.raises(OverlappingHullsError, match="overlap by 2.0 mm where they are open: a mes"):
-        find_fingers(mujoco.MjModel.from_xml_string(meshes), ARM)
+        fingers_in(meshes)
     with pytest.raises(RobotError, match="they open to -2 mm there"):
-        find_fingers(mujoco.MjModel.from_xml_string(boxes), ARM)
+        fingers_in(boxes)
 
 
 def linked(name: str, side: int, joint: str) -> str:
@@ -175,46 +160,35 @@ def linked(name: str, side: int, joint: str) -> str:
 def test_the_pads_are_two_bodies_of_the_same_kind():
     """The link under one pad reaches a little farther than the pad itself."""
     palm = linked("left", 1, "a") + linked("right", -1, "b")
-    xml = model_of("coupled_slides")
-    start, end = xml.index('<body name="left"'), xml.index("<!--palm-->")
-    xml = xml[:start] + palm + xml[end:]
-    equality = '<equality><joint joint1="a" joint2="b"/></equality>'
-    start, end = xml.index("</worldbody>"), xml.index("<actuator>")
-    motors = '<actuator><motor joint="a" ctrlrange="-20 20"/></actuator></mujoco>'
-    xml = f"{xml[:start]}</worldbody>{equality}{motors}"
-    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    coupled = '<equality><joint joint1="a" joint2="b"/></equality>'
+    motor = '<motor joint="a" ctrlrange="-20 20"/>'
+    found = fingers_in(rig(Kind(palm, coupled, motor)))
     assert set(found.fingers) == {"left_pad", "right_pad"}
 
 
 def test_a_given_tool_frame_is_measured_and_turned_and_has_to_be_between_the_fingers():
-    model = mujoco.MjModel.from_xml_string(model_of("coupled_slides"))
-    at = np.array([0.0, 0.0, 0.115])
+    xml, at = model_of("coupled_slides"), np.array([0.0, 0.0, 0.115])
     turned = pin.SE3(pin.rpy.rpyToMatrix(0.0, np.pi / 2, 0.0), at)
     for T, rotation in ((pin.SE3(np.eye(3), at), np.eye(3)), (turned, None)):
-        found = find_fingers(model, ARM, tool=("palm", T))
+        found = fingers_in(xml, tool=("palm", T))
         assert found.T_bt.translation == pytest.approx(at)
         assert found.T_bt.rotation[:, 2] == pytest.approx((0, 0, 1))
         assert rotation is None or np.allclose(found.T_bt.rotation, rotation)
     with pytest.raises(RobotError, match=r"moves with 'left'; .*, 'palm'"):
-        find_fingers(model, ARM, tool=("left", pin.SE3.Identity()))
+        fingers_in(xml, tool=("left", pin.SE3.Identity()))
     beyond = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.2]))
     with pytest.raises(RobotError, match="not between the fingers"):
-        find_fingers(model, ARM, tool=("palm", beyond))
+        fingers_in(xml, tool=("palm", beyond))
 
 
 def test_a_hand_that_tendons_pull_is_not_taken_for_two_fingers():
-    xml = model_of("coupled_slides")
-    sites, tendons, motors = "", "", ""
-    for i in range(3):
-        sites += f'<site name="s{i}" pos="0 0 0.0{i}"/>'
-        tendons += f'<spatial name="t{i}"><site site="base"/><site site="s{i}"/></spatial>'
-        motors += f'<motor tendon="t{i}"/>'
-    xml = xml.replace("<!--palm-->", '<site name="base"/><!--palm-->', 1)
-    xml = xml.replace('<body name="left"', f'<body name="nail">{sites}</body><body name="left"', 1)
-    xml = xml.replace("</worldbody>", f"</worldbody><tendon>{tendons}</tendon>")
-    xml = xml.replace("</actuator>", f"{motors}</actuator>")
+    nail = '<site name="base"/><body><geom size="0.01"/><site name="tip" pos="0 0 0.1"/></body>'
+    tendon = '<spatial name="{}"><site site="base"/><site site="tip"/></spatial>'
+    tendons = "".join(map(tendon.format, "abc"))
+    motors = "".join(map('<motor tendon="{}"/>'.format, "abc"))
+    palm = nail + MECHANISMS["slides"].palm
     with pytest.raises(RobotError, match="3 actuators pull on tendons beyond 'turn'"):
-        find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+        fingers_in(rig(Kind(palm, f"<tendon>{tendons}</tendon>", motors)))
 
 
 def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
@@ -228,7 +202,7 @@ def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
         <joint name="jaw" axis="0 0 1" range="-0.45 1.2"/>
         <geom type="box" size="0.035 0.005 0.01" pos="0.035 0 0" mass="0.05"/>
       </body></body></worldbody></mujoco>""")
-    travel = find_fingers(model, ("turn",)).travel
+    travel = find_fingers(model, ARM).travel
     inertia = float(model.dof_M0[1])
     slopes = Polynomial(travel.polynomials[0]).deriv()(np.array(travel.positions[0]))
     masses = 0.5 * inertia / slopes**2  # the half of one finger, from (ds/dt)^2 m = I (dq/dt)^2
@@ -241,7 +215,7 @@ def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_th
     """Its z axis is the palm's, or perpendicular to the closing direction beside that."""
     place = f'pos="0.013 -0.02 0.04" euler="{tilt} 0 {turn}"'
     xml = model_of("slides").replace('pos="0 0.0 0.03"', place)
-    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    found = fingers_in(xml)
     R_bf = pin.utils.rotate("x", tilt) @ pin.utils.rotate("z", turn)
     x, y, z = np.eye(3)
     if abs(turn) > 0.35:
@@ -261,14 +235,14 @@ def test_slides_keep_the_offset_of_their_positions_from_0_3_mm_on(begin, offset)
     xml = model_of("slides").replace('range="0.0 0.04"', f'range="{begin} {0.04 + begin}"')
     xml = xml.replace('pos="0 0.0 0.03"', f'pos="0 {-begin} 0.03"', 1)
     xml = xml.replace('pos="0 0.0 0.03"', f'pos="0 {begin} 0.03"')
-    travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
+    travel = fingers_in(xml).travel
     assert travel.polynomials == pytest.approx(np.array([[offset, 1.0]] * 2), abs=1e-6)
     assert travel.open_width == pytest.approx(0.08, abs=5e-4)
 
 
 def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
     xml = model_of("slides").replace('size="0.01 0.004 0.01"', 'size="0.01 0.004 0.03"')
-    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    found = fingers_in(xml)
     assert found.T_bt.translation[2] == pytest.approx(0.14 - 0.015, abs=1.1e-3)
 
 
@@ -277,7 +251,7 @@ def test_joints_that_move_no_surface_to_another_one_or_have_no_range_are_left_as
     """Beside the fingers is a lever whose end moves by some millimetres."""
     lever = f'<joint name="lever" axis="1 2 3" {limits}/><geom size="0.01" pos="0 0 0.01"/>'
     xml = model_of("offset_slides").replace("<!--palm-->", f'<body pos="0.1 0 0">{lever}</body>')
-    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    found = fingers_in(xml)
     assert found.joints == ("left_joint", "right_joint")
 
 
@@ -290,7 +264,7 @@ def test_pads_that_meet_more_than_1_mm_beside_a_given_tool_have_their_centre_the
     model = mujoco.MjModel.from_xml_string(xml)
     T = pin.SE3(pin.Quaternion(*model.body("camera").quat), model.body("camera").pos)
     tool = pin.SE3(np.eye(3), np.array([0.0, beside, 0.11]))
-    found = find_fingers(model, ARM, tool=("camera", T.inverse() * tool))
+    found = fingers_in(xml, tool=("camera", T.inverse() * tool))
     assert found.T_bt.isApprox(tool, 1e-9)
     centre = (0.0 if abs(beside) < 1e-3 else -beside, 0.0)
     assert found.travel.centre == pytest.approx(centre, abs=2e-5)
