@@ -1,5 +1,6 @@
 """The program, run in the test's own process or at a terminal, and trees that are over at once."""
 
+import json
 import os
 import select
 import signal
@@ -63,6 +64,19 @@ def screen(monkeypatch) -> Iterator[Callable[[], Callable[[], str]]]:
 @pytest.fixture(autouse=True)
 def commands_share_stations(shared_stations) -> None:
     """Let commands run in the stations of the tests before."""
+
+
+@pytest.fixture
+def digest(bt_manip, tmp_path) -> Callable[..., tuple[str, str]]:
+    """Run a tree that succeeds; give the digest of its last state, and its warnings."""
+
+    def run(tree: str, *options: object) -> tuple[str, str]:
+        report = tmp_path / "report.json"
+        code, _, err = bt_manip("run", tree, "--report", report, *options)
+        assert code == 0, err
+        return json.loads(report.read_text())["state_digest"], err
+
+    return run
 
 
 @pytest.fixture(scope="session")
