@@ -341,7 +341,7 @@ TESTS_WITH_PRIVATE_NAMES = {
     "plugins/bt-manip-trossen/tests/simulated_widowx.py",  # extends the simulator of the driver
     "tests/bt/test_nodes.py",  # timers that pile up are not seen otherwise
     "tests/collision/test_conservative_advancement.py",  # inflates bodies as other robots are
-    "tests/conformance/leaves.py",  # a leaf of the reference
+    "tests/support/corpus_leaves.py",  # a leaf of the reference
     "tests/conformance/runner.py",  # fires timers between ticks
     "tests/evaluation/test_results.py",  # leaves a folder as a killed process does
 }

@@ -23,13 +23,6 @@ BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.parametrize("package", api_page.names())
-def test_every_documented_name_can_be_imported(package):
-    module = importlib.import_module(package)
-    missing = [name for name in api_page.names()[package] if not hasattr(module, name)]
-    assert not missing
-
-
-@pytest.mark.parametrize("package", api_page.names())
 def test_every_documented_name_is_on_the_page_with_its_summary(package):
     text = api_page.page().partition(f"\n## `{package}`\n")[2].partition("\n## ")[0]
     for name, stability in api_page.names()[package].items():

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, Tree, parse_tree
-from tests.conformance.leaves import corpus_registry
 from tests.conformance.runner import Clock
+from tests.support.corpus_leaves import corpus_registry
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

@@ -10,8 +10,8 @@ from bt_manip.bt.analysis.uses import Uses
 from bt_manip.bt.analysis.walk import Walk
 from bt_manip.bt.traits import Traits
 from bt_manip.exceptions import TreeError
-from tests.conformance.leaves import corpus_registry
 from tests.conformance.options import options_in, parse_options
+from tests.support.corpus_leaves import corpus_registry
 
 ELEMENT = parse_source("<a/>").root
 LEAVES = corpus_registry([])

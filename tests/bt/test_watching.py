@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from bt_manip.bt import BehaviourRegistry, NodeStatus, Script, Tree, TreeWatch, load_tree
+from bt_manip.bt import BehaviourRegistry, Script, Tree, TreeWatch, load_tree
 from bt_manip.exceptions import TreeError
 
 
@@ -18,24 +18,6 @@ def test_a_file_that_is_gone_for_a_moment_is_waited_for(tmp_path):
     file.write_text(text)
     os.utime(file, ns=(1, 1))
     assert watch.poll().errors == ()
-
-
-def test_included_files_are_watched_too(tmp_path):
-    part = tmp_path / "part.xml"
-    part.write_text('<root><BehaviorTree ID="Part"><AlwaysSuccess/></BehaviorTree></root>')
-    main = tmp_path / "main.xml"
-    main.write_text(
-        '<root main_tree_to_execute="Main"><include path="part.xml"/>'
-        '<BehaviorTree ID="Main"><SubTree ID="Part"/></BehaviorTree></root>'
-    )
-    registry = BehaviourRegistry()
-    tree = load_tree(main, registry)
-    watch = TreeWatch(tree, registry)
-    part.write_text('<root><BehaviorTree ID="Part"><AlwaysFailure/></BehaviorTree></root>')
-    os.utime(part, ns=(1, 1))
-    watch.poll()
-
-    assert tree.tick() is NodeStatus.FAILURE
 
 
 def test_a_tree_without_a_file_cannot_be_watched():

@@ -77,15 +77,6 @@ def test_a_command_of_a_plugin_joins_a_group(bt_manip, site):
     assert "the command 'tree greet' of bt-manip-polite5 2.5 cannot be loaded" in err
 
 
-def test_a_single_file_registers_a_command(bt_manip, tmp_path):
-    source = COMMAND.format(body="click.echo(f'hello {name}')", extra="")
-    hook = HOOK.format(arguments="'greet', greet")
-    (tmp_path / "polite6.py").write_text(textwrap.dedent(source) + textwrap.dedent(hook))
-    assert bt_manip("--plugins-dir", tmp_path, "greet", "Ada") == (0, "hello Ada\n", "")
-    assert "Greet somebody. (polite6.py)" in bt_manip("--plugins-dir", tmp_path, "--help").out
-    assert bt_manip("greet", "Ada").code == 2
-
-
 def test_a_command_of_an_entry_point_runs_with_a_warning_that_names_the_hook(bt_manip, site):
     source = COMMAND.format(body="click.echo(f'hello {name}')", extra="")
     points = "[bt_manip.commands]\ngreet = bt_manip_polite7:greet\n"

@@ -44,6 +44,7 @@ STANDS_FOR = {"my_task": "pick_place"}
 """What to fill in for names of the reader's."""
 
 QUICK = {
+    "README.md": ("bt-manip run pick_place --set cube=brick --plugins-dir my_plugins",),
     "docs/start.md": (
         "bt-manip run pick_place --seed 1",
         "bt-manip tree show pick_place",

@@ -245,21 +245,3 @@ def makefile_targets() -> set[str]:
 def test_documents_name_only_commands_that_there_are(document):
     text = (REPOSITORY / document).read_text()
     assert set(re.findall(r"(?:^|`)make ([a-z-]+)", text, re.MULTILINE)) <= makefile_targets()
-
-
-def test_the_readmes_plugin_is_picked_and_placed(tmp_path, monkeypatch):
-    """Save the README's plugin where its text says, and run what the text says."""
-    text = (REPOSITORY / "README.md").read_text()
-    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    (code,) = (block for block in blocks if "register_objects" in block)
-    assert 10 <= len([line for line in code.splitlines() if line]) <= 14
-    ((folder, file),) = re.findall(r"Save this as `(.*?)/(.*?)`", text)
-    (tmp_path / folder).mkdir()
-    (tmp_path / folder / file).write_text(code)
-    (command,) = re.findall(r"`(bt-manip run pick_place --set .*?)`", text)
-    done = subprocess.run(
-        [Path(sys.prefix) / "bin" / "bt-manip", *command.split()[1:]],
-        cwd=tmp_path, capture_output=True, text=True,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "goal met in 1" in done.stdout

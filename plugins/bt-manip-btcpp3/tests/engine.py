@@ -17,7 +17,7 @@ from bt_manip.bt import (
 )
 from bt_manip.exceptions import NodeError, PortError
 from bt_manip_btcpp3 import BTCPP3
-from tests.conformance.leaves import corpus_registry
+from tests.support.corpus_leaves import corpus_registry
 
 TRACES = Path(__file__).with_name("traces.jsonl.gz")
 
