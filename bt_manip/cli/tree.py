@@ -18,7 +18,7 @@ from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.files import read_bytes, replace_text
-from bt_manip.registry import Parts
+from bt_manip.registry import Parts, UnknownPartError
 
 if TYPE_CHECKING:
     from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, ReadingOptions, Tree
@@ -184,7 +184,11 @@ def convert(
         text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
         _write(text, output)
         return SUCCESS
-    write = None if form == "xml" else parts.conversions.get(form or "python")
+    form = form or "python"
+    known = ("xml", *parts.conversions.names())
+    if form not in known:
+        raise UnknownPartError("conversion", form, known, parts.conversions.note)
+    write = None if form == "xml" else parts.conversions.get(form)
     options = replace(foreign.reading(), library=True)
     reading = _read(source, registry, foreign, options)
     reading.raise_errors()

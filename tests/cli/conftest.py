@@ -7,6 +7,7 @@ import signal
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -64,6 +65,24 @@ def screen(monkeypatch) -> Iterator[Callable[[], Callable[[], str]]]:
 @pytest.fixture(autouse=True)
 def commands_share_stations(shared_stations) -> None:
     """Let commands run in the stations of the tests before."""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """Give the folder of the test, in which its commands run."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def write(folder) -> Callable[..., str]:
+    """Write a file into the folder of the test; give its name."""
+
+    def write(text: str, name: str = "tree.xml") -> str:
+        (folder / name).write_text(text)
+        return name
+
+    return write
 
 
 @pytest.fixture

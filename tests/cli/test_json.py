@@ -36,17 +36,6 @@ DROP = """\
 
 
 @pytest.fixture
-def write(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def write(text, name="tree.xml"):
-        Path(name).write_text(text)
-        return name
-
-    return write
-
-
-@pytest.fixture
 def found(bt_manip):
     def found(*words):
         code, out, _ = bt_manip(*words, "--json")
