@@ -98,6 +98,8 @@ def test_a_run_takes_a_file_and_its_seed(bt_manip, scene, trees, tmp_path):
     [
         ("table_and_baskett", "unknown scene 'table_and_baskett'; did you mean 'table_and_basket'"),
         ("none.toml", "no scene none.toml: No such file"),
+        ("pick.xml", "'pick.xml' is a tree; a scene is a registered name or path.toml"),
+        ("trees/pick.py:pick", "'trees/pick.py:pick' is a tree; a scene is"),
     ],
 )
 def test_a_scene_that_is_not_there_is_bad_input(bt_manip, trees, name, message):
