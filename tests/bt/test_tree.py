@@ -188,14 +188,6 @@ def test_observers_hear_of_every_change_also_within_one_tick():
     ]
 
 
-def test_observed_trees_run_the_same(bench, leaf):
-    body = f"<Fallback>{leaf('a', 'FRS')}{leaf('b', 'RFS')}</Fallback>"
-    plain, observed = bench.tree(body), bench.tree(body)
-    observed.observers.append(lambda *_: None)
-
-    assert [plain.tick() for _ in range(9)] == [observed.tick() for _ in range(9)]
-
-
 def test_a_condition_that_is_running_is_ticked_on_as_in_the_engine_and_says_what_is_odd():
     class Hesitate(Condition):
         looks = 0
@@ -270,31 +262,31 @@ def test_an_exception_names_the_innermost_node_once():
         tree.halt()
 
 
-class TestReasons:
-    """A failed tree says which node failed, and why."""
-
-    def reason(self, root):
-        tree = tree_of(root)
-        while tree.tick() is NodeStatus.RUNNING:
-            pass
-        return tree.failure_reason()
-
-    def test_the_failing_leaf_is_named(self):
-        root = SubTree("pick", Sequence(AlwaysSuccess(), Work("grasp", ends="F")))
-        assert self.reason(root) == "pick/grasp: it did not work"
-
-    def test_a_parallel_remembers_the_reason_of_an_earlier_tick(self):
-        recovery = Fallback(Work("recover", ends="F", ticks=3), AlwaysSuccess())
-        root = ParallelAll(Work("grasp", ends="F", ticks=1), recovery)
-        assert self.reason(root) == "grasp: it did not work"
-
-    def test_a_condition_says_what_was_not_true(self):
-        assert self.reason(ScriptCondition("ok?", code="1 > 2")) == "ok?: not: 1 > 2"
-        assert self.reason(AlwaysSuccess("a", failure_if="true")) == "a: _failureIf: true"
-        assert self.reason(Inverter("not", AlwaysSuccess("a"))) == "not: a succeeded"
-
-    def test_there_is_none_before_a_failure(self):
-        assert self.reason(AlwaysSuccess()) == ""
+@pytest.mark.parametrize(
+    ("root", "reason"),
+    [
+        (
+            SubTree("pick", Sequence(AlwaysSuccess(), Work("grasp", ends="F"))),
+            "pick/grasp: it did not work",
+        ),
+        (
+            ParallelAll(  # whose other child ends later
+                Work("grasp", ends="F", ticks=1),
+                Fallback(Work("recover", ends="F", ticks=3), AlwaysSuccess()),
+            ),
+            "grasp: it did not work",
+        ),
+        (ScriptCondition("ok?", code="1 > 2"), "ok?: not: 1 > 2"),
+        (AlwaysSuccess("a", failure_if="true"), "a: _failureIf: true"),
+        (Inverter("not", AlwaysSuccess("a")), "not: a succeeded"),
+        (AlwaysSuccess(), ""),
+    ],
+)
+def test_a_failed_tree_says_which_node_failed_and_why(root, reason):
+    tree = tree_of(root)
+    while tree.tick() is NodeStatus.RUNNING:
+        pass
+    assert tree.failure_reason() == reason
 
 
 class TestState:
