@@ -118,14 +118,6 @@ class TestLifeCycle:
         with pytest.raises(NodeError, match=message):
             tree_of(type("Bad", (base,), body)()).tick()
 
-    def test_a_setup_that_raises_names_its_node(self):
-        class Needy(Action):
-            def setup(self, *, arm, **_):
-                self.arm = arm
-
-        with pytest.raises(NodeError, match="Needy::1 .*: setup: .*'arm'"):
-            tree_of(Needy())
-
 
 def test_nodes_are_numbered_and_named_by_path():
     tree = tree_of(
