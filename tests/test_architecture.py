@@ -332,6 +332,15 @@ def test_a_plugins_marker_costs_nothing():
     assert loaded_after("from bt_manip import hookimpl") == []
 
 
+@pytest.mark.parametrize("display", [pytest.param("", marks=pytest.mark.soak), ":9999"])
+def test_without_a_display_the_library_imports_silently(display, monkeypatch):
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setenv("DISPLAY", display)
+    code = "import os, bt_manip.runner; print(os.environ.get('MUJOCO_GL'))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "None\n", "")
+
+
 PUBLIC_BY_PROTOCOL = {
     "_replace", "_asdict", "_fields", "_name_", "_value_", "_exit",  # named tuples, Enum, os
     "_repr_html_", "_repr_png_", "_repr_svg_", "_build",  # notebooks, composer.Entity

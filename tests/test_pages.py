@@ -179,6 +179,13 @@ def test_the_index_of_the_site_leads_to_every_page(tmp_path):
     assert set(re.findall(r"\]\(([^)]*\.(?:md|rst))\)", pages["index.md"])) <= set(pages)
 
 
+def test_the_page_about_testing_names_every_fixture():
+    source = (ROOT / "bt_manip" / "testing" / "plugin.py").read_text()
+    fixtures = re.findall(r"@pytest\.fixture[^\n]*\ndef ([a-z]\w+)", source)
+    assert len(fixtures) >= 8
+    assert [name for name in fixtures if f"`{name}`" not in PAGES["docs/testing.md"]] == []
+
+
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md", "README.md"])
 def test_the_files_that_a_page_names_exist(page):
     named = re.findall(r"`((?:[\w.-]+/)+[\w.-]*|[\w-]+/[\w-]+\.\w+)`", PAGES[page])

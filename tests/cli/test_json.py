@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.findings import applied
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 
 TREE = """\
@@ -42,18 +44,6 @@ def found(bt_manip):
         return code, json.loads(out)
 
     return found
-
-
-def applied(text, finding):
-    """Apply the suggestion of a finding as the documentation says."""
-    lines = text.splitlines(keepends=True)
-    edit = finding["suggestion"]
-    at = finding | edit  # a suggestion may have a place of its own
-    start = sum(map(len, lines[: at["line"] - 1])) + at["column"] - 1
-    word = re.compile(rf"(?<!\w){re.escape(edit['replace'])}(?!\w)")
-    place = word.search(text, start)
-    assert place is not None
-    return text[: place.start()] + edit["with"] + text[place.end() :]
 
 
 def test_a_warning_has_its_kind_and_place(found, write):

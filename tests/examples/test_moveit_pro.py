@@ -7,7 +7,7 @@ import pytest
 from bt_manip.bt import ReadingOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import RunLoop, RunRequest, find_tree, prepare
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples" / "moveit_pro"
 
@@ -22,14 +22,9 @@ def request(tree):
 
 def test_the_cube_is_carried_to_the_basket():
     run = prepare(request(FOLDER / "pick_and_place.xml"), load_plugins().parts)
-    statuses = []
-
-    class Watch(RunObserver):
-        def cycle_ended(self, status, *args):
-            statuses.append(str(status))
-
-    run.execute([Watch()])
-    assert statuses and "SUCCESS" in statuses[0]
+    with RunLoop(run) as loop:
+        ended = loop.cycle()
+    assert ended.succeeded, ended.reason
     cube, basket = (run.station.cell.pose(name).translation for name in ("cube", "basket"))
     assert abs(cube[:2] - basket[:2]).max() < 0.15
 
