@@ -7,7 +7,6 @@ import pytest
 from bt_manip.bt import (
     BehaviourRegistry,
     Dialect,
-    Fallback,
     Libraries,
     Status,
     Stubs,
@@ -129,13 +128,6 @@ def test_files_of_models_declare_nodes(registry, tmp_path):
     (tmp_path / "empty.xml").write_text("<root/>")
     with pytest.raises(TreeError, match="no <TreeNodesModel>"):
         Stubs(models=[tmp_path / "empty.xml"])
-
-
-def test_a_declared_control_can_do_as_a_known_one(registry):
-    stubs = Stubs(True, {"RecoveryNode": "Fallback", "FollowPath": "FAILURE"})
-    tree = read(RECOVERY % "", registry, stubs=stubs).usable_tree()
-    tree.tick()
-    assert tree.root.status is Status.SUCCESS and isinstance(tree.root, Fallback)
 
 
 @pytest.mark.parametrize(

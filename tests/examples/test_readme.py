@@ -6,7 +6,6 @@ import runpy
 from pathlib import Path
 
 import av
-import mujoco
 import numpy as np
 import pytest
 
@@ -70,7 +69,7 @@ def test_its_picture_is_what_the_project_draws(opengl):
     spec.loader.exec_module(script)
     cell = script.pick_place_in_the_middle().cell
     drawn = render(cell).astype(int)
-    shown = read_png(path.with_name("pick_place.png"))
+    _, shown = frame_of(path.with_name("pick_place.png"), 0.0)
     differs = np.abs(drawn - shown).max(axis=2) > 40
     assert differs.mean() < 0.02, f"draw it anew: python {path.relative_to(ROOT)}"
     # In the animation the arm does not stop there, and an overlay covers the upper left corner.
@@ -81,15 +80,8 @@ def test_its_picture_is_what_the_project_draws(opengl):
 
 
 def frame_of(path: Path, time: float) -> tuple[float, np.ndarray]:
-    """Give the frame of a video that is nearest to a time, and its time."""
+    """Give the frame of a video or picture that is nearest to a time, and its time."""
     with av.open(path) as video:
         frames = {float(one.time): one.to_ndarray(format="rgb24") for one in video.decode(video=0)}
     nearest = min(frames, key=lambda one: abs(one - time))
     return nearest, frames[nearest].astype(int)
-
-
-def read_png(path: Path) -> np.ndarray:
-    """Read a picture as MuJoCo reads textures."""  # (height, width, 3)
-    xml = f'<mujoco><asset><texture name="t" type="2d" file="{path}"/></asset></mujoco>'
-    model = mujoco.MjModel.from_xml_string(xml)
-    return model.tex_data.reshape(model.tex_height[0], model.tex_width[0], 3).astype(int)
