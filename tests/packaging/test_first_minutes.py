@@ -16,10 +16,8 @@ def test_make_run_sets_up_and_picks_a_cube_in_80_columns(tmp_path, installer):
     subprocess.run(["git", "clone", "--quiet", REPOSITORY, tmp_path / "clone"], check=True)
     environment = {name: value for name, value in os.environ.items() if name not in OURS}
     environment |= {"COLUMNS": "80", "INSTALLER": installer}
-    done = subprocess.run(
-        ["make", "run"], cwd=tmp_path / "clone", env=environment, stdin=subprocess.DEVNULL,
-        capture_output=True, text=True,
-    )  # fmt: skip
+    how = {"cwd": tmp_path / "clone", "env": environment, "stdin": subprocess.DEVNULL}
+    done = subprocess.run(["make", "run"], capture_output=True, text=True, **how)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= 80

@@ -18,13 +18,6 @@ def test_what_comes_out_is_a_copy(robots):
     assert robots.get("panda") == {"home": [0.0, 1.0]}
 
 
-def test_a_factory_stays_the_same_function():
-    registry = Registry("object")
-    registry.add("cube", dict, "builtin")
-    assert registry.get("cube") is dict
-    assert registry.create("cube", size=1) == {"size": 1}
-
-
 def test_a_mistyped_name_gets_the_nearest_one(robots):
     with pytest.raises(UnknownPartError) as caught:
         robots.get("pand")
