@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.support.program import run_python
+
 REPOSITORY = Path(__file__).resolve().parent.parent
 PACKAGE = REPOSITORY / "bt_manip"
 
@@ -313,9 +315,7 @@ HEAVY = ("mujoco", "pinocchio", "dm_control", "numpy", "rich", "lxml", "py_trees
 def loaded_after(code: str) -> list[str]:
     """Run code in a new interpreter; give which of the heavy packages it has loaded."""
     script = f"{code}\nimport sys; print([m for m in {HEAVY!r} if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return ast.literal_eval(done.stdout.splitlines()[-1])
+    return ast.literal_eval(run_python("-c", script, cwd=REPOSITORY).splitlines()[-1])
 
 
 @pytest.mark.parametrize("arguments", [[], ["run"], ["list"], ["tree"]], ids=" ".join)

@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 from functools import partial
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from bt_manip.bt import (
     Action,
     AlwaysSuccess,
+    BehaviourRegistry,
     Condition,
     Fallback,
     Input,
@@ -23,7 +25,9 @@ from bt_manip.bt import (
     SubTree,
     SyncAction,
     Tree,
+    TreeWatch,
     TryCatch,
+    load_tree,
 )
 from bt_manip.exceptions import NodeError, ScriptError, TreeError
 
@@ -377,6 +381,22 @@ class TestReplacing:
         with pytest.raises(NodeError):
             tree.replace(Tree(Broken()))
         assert tree.tick() is NodeStatus.SUCCESS
+
+    def test_a_file_that_is_gone_for_a_moment_is_waited_for(self, tmp_path):
+        file = tmp_path / "tree.xml"
+        text = "<root><BehaviorTree><AlwaysSuccess/></BehaviorTree></root>"
+        file.write_text(text)
+        registry = BehaviourRegistry()
+        watch = TreeWatch(load_tree(file, registry), registry)
+        file.unlink()
+        assert watch.poll() is None
+        file.write_text(text)
+        os.utime(file, ns=(1, 1))
+        assert watch.poll().errors == ()
+
+    def test_a_tree_without_a_file_cannot_be_watched(self):
+        with pytest.raises(TreeError, match="was not read from a file"):
+            TreeWatch(Tree(Script(code="x := 1")), BehaviourRegistry())
 
 
 def test_a_node_cannot_stand_in_a_tree_twice():

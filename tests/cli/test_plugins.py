@@ -1,8 +1,6 @@
 """bt-manip plugins, and the commands that plugins bring."""
 
 import json
-import os
-import subprocess
 import sys
 import textwrap
 
@@ -10,6 +8,7 @@ import click
 import pytest
 
 from bt_manip.cli.app import COMMANDS, app
+from tests.support.program import run_python
 
 COMMAND = '''
     import click
@@ -145,12 +144,8 @@ def test_help_loads_none_of_twenty_plugins(site):
         "modules = [m for m in sys.modules if m.startswith('bt_manip_many')]\n"
         "assert all(m.endswith('_plugin') for m in modules), modules\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(folder)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert all(f"many{i}" in done.stdout for i in range(20))
+    shown = run_python("-c", code, cwd=folder, PYTHONPATH=str(folder))
+    assert all(f"many{i}" in shown for i in range(20))
 
 
 TOYS = """

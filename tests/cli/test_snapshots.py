@@ -5,13 +5,12 @@ import itertools
 import json
 import os
 import signal
-import subprocess
-import sys
 
 import pytest
 
 from bt_manip.cli.app import run_app
 from bt_manip.runner import load_snapshot, save_snapshot
+from tests.support.program import run_python
 
 
 def test_a_run_that_goes_on_ends_as_the_one_that_was_never_left(digest, trees, tmp_path):
@@ -27,10 +26,8 @@ def test_a_varied_run_goes_on_in_another_process(digest, task, tmp_path):
     tree = task('<Sequence><SpawnObject object="{o}"/><Hover object="{o}"/></Sequence>')
     scene = ("--scene", "varied_pick")
     whole, _ = digest(tree, *scene, "--snapshot-at", 0.25, moment)
-    command = [sys.executable, "-m", "bt_manip", "run", tree, *scene, "--quiet"]
-    command += ["--resume", str(moment), "--report", str(report)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    files = "--resume", moment, "--report", report
+    run_python("-m", "bt_manip", "run", tree, *scene, "--quiet", *files, cwd=tmp_path)
     rest = json.loads(report.read_text())
     assert rest["state_digest"] == whole
     assert rest["cycles"][0]["randomized"]["objects"]["cube"]["mass"] > 0.0  # spawned before

@@ -3,8 +3,6 @@
 import re
 import runpy
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +13,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.record import Recorder
 from bt_manip.runner import RunLoop, RunRequest, find_tree, prepare
+from tests.support.program import run_python
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
@@ -74,9 +73,7 @@ def test_a_tree_runs_by_the_command_line_as_listed(command, monkeypatch, capfd):
     ("command", "passed"), [(*commands("pytest"), 3), ("examples/own_task", 4)]
 )
 def test_an_examples_own_tests_pass(command, passed):
-    words = [sys.executable, "-m", "pytest", *shlex.split(command)]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0 and f"{passed} passed" in done.stdout, done.stdout
+    assert f"{passed} passed" in run_python("-m", "pytest", *shlex.split(command), cwd=ROOT)
 
 
 def offset(cell, name, container):
