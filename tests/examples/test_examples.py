@@ -8,12 +8,10 @@ from pathlib import Path
 import pytest
 
 from bt_manip.bt import ReadingOptions
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.record import Recorder
 from bt_manip.runner import RunLoop, RunRequest, find_tree, prepare
-from tests.support.program import run_python
+from tests.support.program import run_program, run_python
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
@@ -66,7 +64,7 @@ def commands(program: str) -> list[str]:
 @pytest.mark.parametrize("command", commands("bt-manip"))
 def test_a_tree_runs_by_the_command_line_as_listed(command, monkeypatch, capfd):
     monkeypatch.chdir(ROOT)
-    assert run_app(Interrupt(), [*shlex.split(command), "--quiet"]) == 0
+    assert run_program(*shlex.split(command), "--quiet") == 0
 
 
 @pytest.mark.parametrize(

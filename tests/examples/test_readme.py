@@ -9,9 +9,8 @@ import av
 import numpy as np
 import pytest
 
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.viewer import render
+from tests.support.program import run_program
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -32,7 +31,7 @@ def tree(tmp_path) -> Path:
 
 
 def test_the_first_tree_runs(tree):
-    assert run_app(Interrupt(), ["run", str(tree), "--quiet"]) == 0
+    assert run_program("run", tree, "--quiet") == 0
 
 
 @pytest.mark.parametrize(
@@ -46,7 +45,7 @@ def test_what_is_wrong_with_it_is_said_as_quoted(tree, old, new, code, quote, ca
     assert f"`{quote}`" in README
     assert old in tree.read_text()
     tree.write_text(tree.read_text().replace(old, new))
-    assert run_app(Interrupt(), ["run", str(tree)]) == code
+    assert run_program("run", tree) == code
     assert quote in "".join(capfd.readouterr())
 
 
@@ -54,7 +53,7 @@ def test_the_first_tree_in_python_runs_by_command_and_as_a_script(tmp_path, caps
     script = tmp_path / "pick.py"
     script.write_text(block("python", "station.run(pick)"))
     assert "`bt-manip run pick.py:pick`" in README
-    assert run_app(Interrupt(), ["run", f"{script}:pick", "--quiet"]) == 0
+    assert run_program("run", f"{script}:pick", "--quiet") == 0
     assert capsys.readouterr().out == ""  # importing it runs nothing
     runpy.run_path(str(script), run_name="__main__")
     assert capsys.readouterr().out == "SUCCESS\n"

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
 from bt_manip.planning import PlanningProblem
@@ -18,6 +16,7 @@ from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
 from bt_manip.spatial import pose
 from bt_manip_contracts.contract_list import checks_of
+from tests.support.program import run_program
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
 WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
@@ -43,12 +42,17 @@ def example(tmp_path):
 
 
 @pytest.fixture
-def parts_of(example):
+def plugins_of(example):
     def load(hook: str):
         choice = PluginSelection(folders=(example(hook),))
-        return load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
+        return load_plugins(entry_points=(), warn=pytest.fail, choice=choice)
 
     return load
+
+
+@pytest.fixture
+def parts_of(plugins_of):
+    return lambda hook: plugins_of(hook).parts
 
 
 @pytest.fixture
@@ -59,8 +63,7 @@ def run(example, tmp_path, capfd):
         if not tree:
             tree = tmp_path / "task.xml"
             tree.write_text(WAIT.format(body))
-        arguments = ["run", tree, "--plugins-dir", example(hook, extra), *options]
-        code = run_app(Interrupt(), [str(argument) for argument in arguments])
+        code = run_program("run", tree, "--plugins-dir", example(hook, extra), *options)
         out, err = capfd.readouterr()
         assert (code, err) == (0, "")
         return out
@@ -120,12 +123,10 @@ def test_register_behaviours_makes_nodes_of_trees(run):
     assert "SUCCESS" in run("register_behaviours", body=wait)
 
 
-def test_register_trees_makes_trees_by_name_with_their_surroundings(run, example, tmp_path):
+def test_register_trees_makes_trees_by_name_with_their_surroundings(run, parts_of):
     assert "SUCCESS" in run("register_trees", tree="clap")
-    choice = PluginSelection(folders=(example("register_trees"),))
-    parts = load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
-    assert parts.tree_defaults["clap"].controller == "gravity_compensated_pd"
-    assert parts.tree_defaults["clap"].scene is None
+    clap = parts_of("register_trees").tree_defaults["clap"]
+    assert (clap.controller, clap.scene) == ("gravity_compensated_pd", None)
 
 
 def test_register_scenes_makes_what_stands_in_the_cell(run, parts_of):
@@ -187,7 +188,7 @@ def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
     mug.touch()
 
     def models(*arguments: str) -> str:
-        run_app(Interrupt(), ["models", *arguments, "--plugins-dir", str(folder)])
+        run_program("models", *arguments, "--plugins-dir", folder)
         return "".join(capfd.readouterr())
 
     assert models("list", "shelf") == "shelf:mug\n"
@@ -206,8 +207,8 @@ def test_register_dialects_reads_trees_of_others(run, tmp_path):
 
 def test_register_conversions_writes_trees_in_another_language(example, tmp_path, capfd):
     (tmp_path / "task.xml").write_text(WAIT.format('<Sleep msec="30"/>'))
-    options = ["--to", "outline", "--plugins-dir", str(example("register_conversions"))]
-    assert run_app(Interrupt(), ["tree", "convert", str(tmp_path / "task.xml"), *options]) == 0
+    options = "--to", "outline", "--plugins-dir", example("register_conversions")
+    assert run_program("tree", "convert", tmp_path / "task.xml", *options) == 0
     assert capfd.readouterr().out == "Main: Sleep\n"
 
 
@@ -242,20 +243,20 @@ def test_register_views_opens_views_by_options(run, example, capfd):
     assert "The tool is 1." not in run("register_views")
     shown = run("register_views", "--height", "--height-digits", "2", "--real-time", "0")
     assert re.search(r"The tool is 1\.\d\d m high\.", shown)
-    folder = str(example("register_views"))
-    assert run_app(Interrupt(), ["run", "--plugins-dir", folder, "--help"]) == 0
+    folder = example("register_views")
+    assert run_program("run", "--plugins-dir", folder, "--help") == 0
     shown = " ".join(capfd.readouterr().out.split())
     assert "--height Print the height of the tool after each cycle." in shown
-    wrong = ["run", "pick_place", "--plugins-dir", folder, "--height-digits", "13"]
-    assert run_app(Interrupt(), wrong) == 2
+    wrong = "--plugins-dir", folder, "--height-digits", 13
+    assert run_program("run", "pick_place", *wrong) == 2
     assert "must be a whole number from 1 to 12, got '13'" in capfd.readouterr().err
 
 
 def test_register_commands_adds_a_command(example, capfd):
-    folder = str(example("register_commands"))
-    assert run_app(Interrupt(), ["--plugins-dir", folder, "payload", "0.5"]) == 0
+    folder = example("register_commands")
+    assert run_program("--plugins-dir", folder, "payload", "0.5") == 0
     assert capfd.readouterr().out == "1 kg\n"
-    assert run_app(Interrupt(), ["--plugins-dir", folder, "--help"]) == 0
+    assert run_program("--plugins-dir", folder, "--help") == 0
     assert "Print the payload to declare" in capfd.readouterr().out
 
 
@@ -280,16 +281,15 @@ def half(make_worker, address, workers, made=half):
 def test_register_pools_chooses_where_episodes_run(example, tmp_path, capfd):
     tree = tmp_path / "task.xml"
     tree.write_text(WAIT.format('<Sleep msec="30"/>'))
-    folder = str(example("register_pools", COUNTED))
-    words = ["evaluate", str(tree), "--episodes", "2", "--workers", "1", "--plugins-dir", folder]
-    assert run_app(Interrupt(), [*words, "--half"]) == 0
+    folder = example("register_pools", COUNTED)
+    words = "--episodes", 2, "--workers", 1, "--plugins-dir", folder, "--half"
+    assert run_program("evaluate", tree, *words) == 0
     out = capfd.readouterr().out
     assert "address local, 1 worker" in out and "2 of 2 episodes succeeded" in out
 
 
-def test_register_contracts_adds_checks_of_all_plugins(example):
-    choice = PluginSelection(folders=(example("register_contracts"),))
-    plugins = load_plugins(entry_points=(), warn=pytest.fail, choice=choice)
+def test_register_contracts_adds_checks_of_all_plugins(plugins_of):
+    plugins = plugins_of("register_contracts")
     nothing = {"examples": {}, "parameters": {}, "settings": {}}
     checks = {one.id: one for one in checks_of(plugins, "builtin", **nothing)}
     checks["tree pick_place: has a goal"].run(None)
