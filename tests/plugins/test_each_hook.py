@@ -16,7 +16,7 @@ from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
 from bt_manip.spatial import pose
 from bt_manip_contracts.contract_list import checks_of
-from tests.support.program import run_program
+from tests.support.program import bt_manip as bt_manip
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
 WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
@@ -56,19 +56,19 @@ def parts_of(plugins_of):
 
 
 @pytest.fixture
-def run(example, tmp_path, capfd):
+def run(bt_manip, example, tmp_path):
     """Run a tree with the example of a hook's page; give what was printed."""
 
-    def bt_manip(hook: str, *options: object, tree="", body='<Sleep msec="30"/>', extra="") -> str:
+    def run(hook: str, *options: object, tree="", body='<Sleep msec="30"/>', extra="") -> str:
         if not tree:
             tree = tmp_path / "task.xml"
             tree.write_text(WAIT.format(body))
-        code = run_program("run", tree, "--plugins-dir", example(hook, extra), *options)
-        out, err = capfd.readouterr()
+        folder = example(hook, extra)
+        code, out, err = bt_manip("run", tree, "--plugins-dir", folder, *options)
         assert (code, err) == (0, "")
         return out
 
-    return bt_manip
+    return run
 
 
 def test_register_objects_makes_things_that_can_stand_in_a_cell(parts_of):
@@ -181,15 +181,15 @@ def test_a_suffix_or_root_element_belongs_to_one_format(example, clash, taken):
     assert "ball" not in plugins.parts.model_formats
 
 
-def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
+def test_register_model_caches_lists_fetches_and_deletes_models(bt_manip, example):
     folder = example("register_model_caches")
     (folder / "shelf").mkdir()
     mug = folder / "shelf" / "mug.xml"
     mug.touch()
 
     def models(*arguments: str) -> str:
-        run_program("models", *arguments, "--plugins-dir", folder)
-        return "".join(capfd.readouterr())
+        _, out, err = bt_manip("models", *arguments, "--plugins-dir", folder)
+        return out + err
 
     assert models("list", "shelf") == "shelf:mug\n"
     assert "shelf:mug" in models("list").splitlines()
@@ -205,11 +205,11 @@ def test_register_dialects_reads_trees_of_others(run, tmp_path):
         run("register_dialects", "--dialect", "btcpp", body="<Chain/>")
 
 
-def test_register_conversions_writes_trees_in_another_language(example, tmp_path, capfd):
+def test_register_conversions_writes_trees_in_another_language(bt_manip, example, tmp_path):
     (tmp_path / "task.xml").write_text(WAIT.format('<Sleep msec="30"/>'))
     options = "--to", "outline", "--plugins-dir", example("register_conversions")
-    assert run_program("tree", "convert", tmp_path / "task.xml", *options) == 0
-    assert capfd.readouterr().out == "Main: Sleep\n"
+    converted = bt_manip("tree", "convert", tmp_path / "task.xml", *options)
+    assert converted == (0, "Main: Sleep\n", "")
 
 
 def test_register_backends_makes_robots_that_can_be_chosen(parts_of):
@@ -239,25 +239,22 @@ def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     assert (heights > 1.0).all()
 
 
-def test_register_views_opens_views_by_options(run, example, capfd):
+def test_register_views_opens_views_by_options(bt_manip, run, example):
     assert "The tool is 1." not in run("register_views")
     shown = run("register_views", "--height", "--height-digits", "2", "--real-time", "0")
     assert re.search(r"The tool is 1\.\d\d m high\.", shown)
     folder = example("register_views")
-    assert run_program("run", "--plugins-dir", folder, "--help") == 0
-    shown = " ".join(capfd.readouterr().out.split())
+    shown = " ".join(bt_manip("run", "--plugins-dir", folder, "--help").out.split())
     assert "--height Print the height of the tool after each cycle." in shown
     wrong = "--plugins-dir", folder, "--height-digits", 13
-    assert run_program("run", "pick_place", *wrong) == 2
-    assert "must be a whole number from 1 to 12, got '13'" in capfd.readouterr().err
+    code, _, err = bt_manip("run", "pick_place", *wrong)
+    assert code == 2 and "must be a whole number from 1 to 12, got '13'" in err
 
 
-def test_register_commands_adds_a_command(example, capfd):
+def test_register_commands_adds_a_command(bt_manip, example):
     folder = example("register_commands")
-    assert run_program("--plugins-dir", folder, "payload", "0.5") == 0
-    assert capfd.readouterr().out == "1 kg\n"
-    assert run_program("--plugins-dir", folder, "--help") == 0
-    assert "Print the payload to declare" in capfd.readouterr().out
+    assert bt_manip("--plugins-dir", folder, "payload", "0.5") == (0, "1 kg\n", "")
+    assert "Print the payload to declare" in bt_manip("--plugins-dir", folder, "--help").out
 
 
 def test_register_modifiers_changes_a_run(run):
@@ -278,13 +275,13 @@ def half(make_worker, address, workers, made=half):
 """
 
 
-def test_register_pools_chooses_where_episodes_run(example, tmp_path, capfd):
+def test_register_pools_chooses_where_episodes_run(bt_manip, example, tmp_path):
     tree = tmp_path / "task.xml"
     tree.write_text(WAIT.format('<Sleep msec="30"/>'))
     folder = example("register_pools", COUNTED)
     words = "--episodes", 2, "--workers", 1, "--plugins-dir", folder, "--half"
-    assert run_program("evaluate", tree, *words) == 0
-    out = capfd.readouterr().out
+    code, out, _ = bt_manip("evaluate", tree, *words)
+    assert code == 0
     assert "address local, 1 worker" in out and "2 of 2 episodes succeeded" in out
 
 
