@@ -100,18 +100,26 @@ def test_a_mistake_in_a_document_is_placed_at_its_line(refused, task, node, mess
 
 
 @pytest.mark.parametrize(
-    ("goal", "options", "message"),
+    ("attribute", "options", "messages"),
     [
-        ("IsInn object=a container=b", "", "task.xml:2:32: error: _goal: no condition is named 'I"),
-        ("IsIn object=cub container=basket", "", "task.xml:2:"),
-        ("IsIn object=cub container=basket", "", "no object 'cub'"),
-        ("IsHolding object=a", "--scene two_arms", "goal/IsHolding: "),
-        ("IsHolding object=a", "--scene two_arms", "select one by the port robot"),
+        (
+            '_goal="IsInn object=a container=b"',
+            "",
+            ["task.xml:2:32: error: _goal: no condition is named 'IsInn'"],
+        ),
+        ('_goal="IsIn object=cub container=basket"', "", ["task.xml:2:", "no object 'cub'"]),
+        (
+            '_goal="IsHolding object=a"',
+            "--scene two_arms",
+            ["goal/IsHolding: ", "select one by the port robot"],
+        ),
+        ('_results="left;right"', "", ["task.xml:2:", "expected keys separated by spaces"]),
+        ('_continues="yes"', "", ["task.xml:2:", "expected 'true' or 'false'"]),
     ],
 )
-def test_a_goal_that_does_not_fit_the_cell(refused, task, goal, options, message):
-    path = task("<AlwaysSuccess/>", f'_goal="{goal}"')
-    assert message in refused(path, *options.split())
+def test_an_attribute_that_the_tree_cannot_have(refused, task, attribute, options, messages):
+    error = refused(task("<AlwaysSuccess/>", attribute), *options.split())
+    assert all(message in error for message in messages)
 
 
 def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, task):
@@ -145,6 +153,12 @@ def test_objects_that_the_tree_adds_are_known(bt_manip, task):
         (("--no-such-option",), "no-such-option"),
         (("--robot", "pnda"), "unknown robot 'pnda'; did you mean 'panda'?"),
         (("--controller", "computed_torqe"), "did you mean 'computed_torque'"),
+        (("--scene", "table_and_baskett"), "did you mean 'table_and_basket'"),
+        (("--scene", "none.toml"), "no scene none.toml: No such file"),
+        (("--scene", "pick.xml"), "'pick.xml' is a tree; a scene is a registered name or path"),
+        (("--scene", "trees/pick.py:pick"), "'trees/pick.py:pick' is a tree; a scene is"),
+        (("--snapshot-at", "1", "missing/x.json"), "snapshot"),
+        (("--snapshot-at", "-1", "x.json"), "-1"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
@@ -158,9 +172,10 @@ def test_an_unwritable_report(refused, tmp_path, place):
     assert "cannot be written" in message
 
 
-def test_report_and_trace_in_one_file(refused, tmp_path):
-    report = tmp_path / "report.json"
-    assert "both" in refused("small_trees.py:quick", "--trace", report)
+def test_report_and_another_output_in_one_file(refused, tmp_path):
+    for option in ("--trace",), ("--snapshot-at", 1):
+        message = refused("small_trees.py:quick", *option, tmp_path / "report.json")
+        assert "cannot both be" in message
 
 
 SCENE = "[[robots]]\nposition = [{x}, 0.0, 1.015]\n"

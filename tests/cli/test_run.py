@@ -212,15 +212,6 @@ def test_results_of_a_tree_are_columns_of_the_table(bt_manip, task):
     assert code == 0 and re.search(r"left +right", out) and re.search(r" 3 +0\.25 ", out)
 
 
-@pytest.mark.parametrize("attribute", ['_results="left;right"', '_continues="yes"'])
-def test_an_attribute_of_a_tree_with_another_form_is_refused_at_its_place(
-    bt_manip, task, attribute
-):
-    tree = task("<AlwaysSuccess/>", attribute)
-    code, _, err = bt_manip("run", tree)
-    assert code == 2 and f"{tree}:2:" in err and "expected" in err
-
-
 def test_help_lists_options_in_groups_and_a_mistyped_command_gets_a_suggestion(bt_manip):
     out = bt_manip("run", "--help").out
     titles = re.findall(r"^(\w[\w ]+):$", out, re.MULTILINE)

@@ -84,18 +84,6 @@ def test_a_file_that_is_no_snapshot_of_a_run_is_refused(
     assert code == 2 and message in err
 
 
-def test_where_no_snapshot_can_be_written_nothing_is_run(bt_manip, trees, tmp_path):
-    code, _, err = bt_manip("run", f"{trees}:quick", "--snapshot-at", 1, tmp_path / "no" / "x.json")
-    assert code == 2
-    assert "snapshot" in err
-    same = tmp_path / "x.json"
-    code, _, err = bt_manip("run", f"{trees}:quick", "--snapshot-at", 1, same, "--report", same)
-    assert code == 2
-    assert "report and snapshot cannot both be" in err
-    assert bt_manip("run", f"{trees}:quick", "--snapshot-at", -1, same).code == 2
-    assert list(tmp_path.glob("*.json")) == []
-
-
 def test_a_run_goes_on_without_room_for_its_snapshot(bt_manip, trees, tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
