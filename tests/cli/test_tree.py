@@ -139,12 +139,6 @@ def test_a_language_that_no_conversion_writes_offers_xml_too(call, write):
     assert (code, err) == (2, "Error: unknown conversion 'yaml'; known: python, xml\n")
 
 
-def test_a_python_tree_that_raises_is_bad_input(call, write):
-    write("def broken():\n    raise ValueError('no')\n", "broken.py")
-    code, _, err = call("convert", "broken.py:broken")
-    assert code == 2 and "raised ValueError" in err
-
-
 def test_model_and_schema_know_all_behaviours(call):
     model = etree.fromstring(call("model", "--all").out.encode())
     names = {node.get("ID") for node in model.find("TreeNodesModel")}
