@@ -70,8 +70,10 @@ def test_a_folder_that_one_may_not_enter(refused, monkeypatch, name):
     assert f"'{path.partition(':')[0]}': Permission denied" in text
 
 
-SUB_TREES = """<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>
-  <BehaviorTree ID="Go"><MoveToConfiguration configuration="{to}"/></BehaviorTree></root>"""
+SUB_TREES = (  # on line 4
+    '<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>'
+    '<BehaviorTree ID="Go"><MoveToConfiguration configuration="{to}"/></BehaviorTree></root>'
+)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +96,7 @@ SUB_TREES = """<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>
 def test_a_mistake_in_a_document_is_placed_at_its_line(refused, task, node, message):
     path = task(node)
     path.write_text(path.read_text().replace("</root>", SUB_TREES))
-    error = refused(path)
-    line = 3 + node.startswith("<SubTree") + ('"Go"' in node)
+    error, line = refused(path), 4 if "SubTree" in node else 3
     assert message in error and f"task.xml:{line}:" in error
 
 
