@@ -4,8 +4,6 @@ from pathlib import Path
 
 import pytest
 
-RAIL = Path(__file__).parents[1] / "robots" / "models" / "rail.toml"
-
 
 @pytest.mark.parametrize(
     ("kind", "name", "owner"),
@@ -102,6 +100,7 @@ def test_a_named_robot_whose_model_is_missing_is_one_error_not_one_for_each_task
     bt_manip, tmp_path
 ):
     file = tmp_path / "arm.toml"
-    file.write_text(RAIL.read_text())  # away from its model
+    rail = Path(__file__).parents[1] / "robots" / "models" / "rail.toml"
+    file.write_text(rail.read_text())  # away from its model
     code, out, err = bt_manip("list", "tasks", "--robot", file)
     assert (code, out, len(err.splitlines())) == (2, "", 1) and str(tmp_path) in err

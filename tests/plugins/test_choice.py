@@ -11,11 +11,6 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.plugins.entry_points import installed, label_of, names_of
 
-BALL = """
-    @hookimpl
-    def register_objects(register): register("ball", dict)
-"""
-
 
 def test_environment_variables_hold_several_names_and_folders(monkeypatch):
     for name in ("BT_MANIP_BLOCK", "BT_MANIP_PLUGINS_DIR"):

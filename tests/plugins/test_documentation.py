@@ -107,15 +107,11 @@ def test_the_pyproject_of_the_first_page_installs_a_single_file(tmp_path):
     assert f"{module} 0.1: ok" in listed
 
 
-@pytest.fixture
-def robot_page() -> str:
-    return (DOCS / "tutorials" / "robot.md").read_text().partition("## Without a package")[2]
-
-
-def test_the_robot_tutorials_file_describes_the_robot_of_its_package(robot_page, tmp_path):
+def test_the_robot_tutorials_file_describes_the_robot_of_its_package(tmp_path):
+    _, _, page = (DOCS / "tutorials" / "robot.md").read_text().partition("## Without a package")
     template = bundled_root("templates") / "robot" / "bt_manip_gear"
     shutil.copy(template / "gear.xml", tmp_path)
-    (code,) = re.findall(r"```toml\n(.*?)```", robot_page, re.DOTALL)
+    (code,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     (tmp_path / "gear.toml").write_text(code)
     described = runpy.run_path(str(template / "gear.py"))["gear"]()
     parameters = {key: v for key, v in described.gripper.parameters.items() if key != "travel"}
