@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from bt_manip import __version__
 from bt_manip.bt import BehaviourRegistry, parse_tree
 from bt_manip.exceptions import TreeError
 from bt_manip.packages import MovedModules, missing, packages
@@ -62,6 +63,8 @@ def test_the_table_has_the_names_that_each_package_registers():
         kinds.pop("requires", None)
     here = Path(__file__).resolve().parents[1] / "plugins"
     folders = {path.parent.name for path in here.glob("*/pyproject.toml")}
+    plugins = load_plugins().plugins
+    assert {each.version for each in plugins if each.package in folders} == {__version__}
     assert {name: kinds for name, kinds in registered().items() if name in folders} == named
 
 
