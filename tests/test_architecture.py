@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.support.program import run_python
+
 REPOSITORY = Path(__file__).resolve().parent.parent
 PACKAGE = REPOSITORY / "bt_manip"
 
@@ -313,9 +315,7 @@ HEAVY = ("mujoco", "pinocchio", "dm_control", "numpy", "rich", "lxml", "py_trees
 def loaded_after(code: str) -> list[str]:
     """Run code in a new interpreter; give which of the heavy packages it has loaded."""
     script = f"{code}\nimport sys; print([m for m in {HEAVY!r} if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return ast.literal_eval(done.stdout.splitlines()[-1])
+    return ast.literal_eval(run_python("-c", script, cwd=REPOSITORY).splitlines()[-1])
 
 
 @pytest.mark.parametrize("arguments", [[], ["run"], ["list"], ["tree"]], ids=" ".join)
@@ -332,6 +332,15 @@ def test_a_plugins_marker_costs_nothing():
     assert loaded_after("from bt_manip import hookimpl") == []
 
 
+@pytest.mark.parametrize("display", [pytest.param("", marks=pytest.mark.soak), ":9999"])
+def test_without_a_display_the_library_imports_silently(display, monkeypatch):
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setenv("DISPLAY", display)
+    code = "import os, bt_manip.runner; print(os.environ.get('MUJOCO_GL'))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "None\n", "")
+
+
 PUBLIC_BY_PROTOCOL = {
     "_replace", "_asdict", "_fields", "_name_", "_value_", "_exit",  # named tuples, Enum, os
     "_repr_html_", "_repr_png_", "_repr_svg_", "_build",  # notebooks, composer.Entity
@@ -341,7 +350,7 @@ TESTS_WITH_PRIVATE_NAMES = {
     "plugins/bt-manip-trossen/tests/simulated_widowx.py",  # extends the simulator of the driver
     "tests/bt/test_nodes.py",  # timers that pile up are not seen otherwise
     "tests/collision/test_conservative_advancement.py",  # inflates bodies as other robots are
-    "tests/conformance/leaves.py",  # a leaf of the reference
+    "tests/support/corpus_leaves.py",  # a leaf of the reference
     "tests/conformance/runner.py",  # fires timers between ticks
     "tests/evaluation/test_results.py",  # leaves a folder as a killed process does
 }

@@ -10,12 +10,6 @@ from bt_manip.files import read_bytes, read_text, replace_text
 from bt_manip.toml import MAX_TOML_NESTING, parse_toml
 
 
-@pytest.fixture
-def pipe(tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    return tmp_path / "pipe"
-
-
 def test_a_regular_file_is_read(tmp_path):
     (tmp_path / "a").write_text("é")
     assert read_text(tmp_path / "a") == "é"
@@ -33,7 +27,8 @@ def test_a_regular_file_is_read(tmp_path):
     ],
     ids=["device", "pipe", "folder", "missing", "nul"],
 )
-def test_anything_else_is_refused_at_once(tmp_path, pipe, name, reason):
+def test_anything_else_is_refused_at_once(tmp_path, name, reason):
+    os.mkfifo(tmp_path / "pipe")
     start = time.monotonic()
     with pytest.raises(OSError) as raised:
         read_bytes(tmp_path / name)

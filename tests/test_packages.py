@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from bt_manip import __version__
 from bt_manip.bt import BehaviourRegistry, parse_tree
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.exceptions import TreeError
 from bt_manip.packages import MovedModules, missing, packages
 from bt_manip.parameters import parameters_of
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunRequest, make_station
 from tests.support.pages import required_packages
+from tests.support.program import run_program
 
 
 def install(package: str) -> str:
@@ -63,6 +63,8 @@ def test_the_table_has_the_names_that_each_package_registers():
         kinds.pop("requires", None)
     here = Path(__file__).resolve().parents[1] / "plugins"
     folders = {path.parent.name for path in here.glob("*/pyproject.toml")}
+    plugins = load_plugins().plugins
+    assert {each.version for each in plugins if each.package in folders} == {__version__}
     assert {name: kinds for name, kinds in registered().items() if name in folders} == named
 
 
@@ -111,7 +113,7 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in packages())
 def test_the_command_line_names_the_package(arguments, package, capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BT_MANIP_BLOCK", BLOCKED)
-    assert run_app(Interrupt(), arguments.split()) == 2
+    assert run_program(*arguments.split()) == 2
     assert install(f"bt-manip-{package}") in capfd.readouterr().err
 
 

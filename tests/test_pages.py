@@ -11,8 +11,12 @@ import click
 import pytest
 
 import bt_manip.testing.tree_reading  # noqa: F401  inner sessions of pytest must not unload it
+from bt_manip.behaviours import Grasp, Hover
+from bt_manip.bt import BehaviourRegistry, parse_tree
+from bt_manip.bt.nodes.node import CONDITIONS
 from tests.support.pages import GENERATED, PAGES, ROOT, File, blocks, required_packages, steps
 from tools import reference_pages
+from tools.node_reference import node_reference
 
 pytest_plugins = ("pytester",)
 
@@ -179,6 +183,13 @@ def test_the_index_of_the_site_leads_to_every_page(tmp_path):
     assert set(re.findall(r"\]\(([^)]*\.(?:md|rst))\)", pages["index.md"])) <= set(pages)
 
 
+def test_the_page_about_testing_names_every_fixture():
+    source = (ROOT / "bt_manip" / "testing" / "plugin.py").read_text()
+    fixtures = re.findall(r"@pytest\.fixture[^\n]*\ndef ([a-z]\w+)", source)
+    assert len(fixtures) >= 8
+    assert [name for name in fixtures if f"`{name}`" not in PAGES["docs/testing.md"]] == []
+
+
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md", "README.md"])
 def test_the_files_that_a_page_names_exist(page):
     named = re.findall(r"`((?:[\w.-]+/)+[\w.-]*|[\w-]+/[\w-]+\.\w+)`", PAGES[page])
@@ -187,6 +198,27 @@ def test_the_files_that_a_page_names_exist(page):
     named = [name for name in named if "NAME" not in name and name not in saved]  # a placeholder
     missing = [name for name in named if not any((root / name).exists() for root in roots)]
     assert missing == []
+
+
+def test_the_table_of_each_node_covers_every_status_and_the_halt():
+    reference = node_reference()
+    for name in BehaviourRegistry().names():
+        table = reference.partition(f"\n### {name}\n")[2].partition("\n###")[0]
+        words = ["halt", "FAILURE" if name == "AlwaysFailure" else "SUCCESS"]
+        if BehaviourRegistry().get(name).kind in ("Control", "Decorator", "SubTree"):
+            words += ["FAILURE", "RUNNING", "SKIPPED"]
+        if name.startswith("KeepRunning"):
+            words.remove("SUCCESS")
+        assert all(word in table for word in words), name
+
+
+def test_the_page_about_the_language_has_every_script_and_a_tree_that_can_be_read():
+    page = PAGES["docs/tree-language.md"]
+    for name, attribute in CONDITIONS.items():
+        assert f"| `{attribute}` | `{name}` |" in page
+    registry = BehaviourRegistry([Hover, Grasp])
+    tree = blocks("docs/tree-language.md", "xml")[0]
+    assert parse_tree(tree, registry, strict=False).tree_id == "Main"
 
 
 def test_the_readme_leads_to_every_page():

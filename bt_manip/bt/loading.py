@@ -187,7 +187,10 @@ def _read(
         problems.extend(source.findings)
     mapping = options.mapping
     if isinstance(mapping, Path):
-        mapping = _read_mapping(mapping, registry)
+        readers = [one.read_mapping for one in registry.dialects.values() if one.read_mapping]
+        if not readers:
+            raise TreeError(f"--map {mapping} {missing('dialect', 'moveit-pro')}")
+        mapping = readers[0](mapping)
     if mapping is not None:
         mapping.apply(document, problems)
     context = ReadingContext(document, registry, problems, dialect, options)
@@ -203,13 +206,6 @@ def _read(
     if tree is not None:
         tree.warnings = reading.warnings
     return reading
-
-
-def _read_mapping(path: Path, registry: BehaviourRegistry) -> Any:
-    for dialect in registry.dialects.values():
-        if dialect.read_mapping is not None:
-            return dialect.read_mapping(path)
-    raise TreeError(f"--map {path} {missing('dialect', 'moveit-pro')}")
 
 
 def _build(

@@ -69,6 +69,7 @@ def app(ctx: click.Context) -> None:
         ctx.with_resource(ctx.obj.raised())
 
 
+@unfailing("stderr")
 def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
     """Run the command line.
 
@@ -79,11 +80,6 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
     Returns:
         The exit code, one of `exit_codes`.
     """
-    with unfailing("stderr"):
-        return _run_app(interrupt, arguments)
-
-
-def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
     try:
         code = app.main(arguments, prog_name="bt-manip", standalone_mode=False, obj=interrupt)
         sys.stdout.flush()

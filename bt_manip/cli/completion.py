@@ -108,21 +108,23 @@ def _keys(tree: str, plugins: "Plugins") -> tuple[list[str], list[Path]]:
     if source.path is None:
         return [], []
     if source.kind == "python":
-        return _arguments(source.path, source.function), [source.path]
+        function = function_in(source.path, source.function)
+        arguments = [*function.args.args, *function.args.kwonlyargs] if function else []
+        return [argument.arg for argument in arguments], [source.path]
     found = read_tree(source.path, known_behaviours(plugins.parts)).tree
     if found is None or found.document is None:
         return [], [source.path]
     return list(found.document.models.get(found.tree_id, ())), found.document.files
 
 
-def _arguments(path: Path, function: str) -> list[str]:
+def function_in(path: Path, name: str) -> ast.FunctionDef | None:
+    """Return a function of a file that is parsed and not run; None if there is none."""
     try:
         body = ast.parse(path.read_bytes()).body
     except (OSError, SyntaxError, ValueError):
-        return []
-    functions = [n for n in body if isinstance(n, ast.FunctionDef) and n.name == function]
-    arguments = [a for f in functions for a in (*f.args.args, *f.args.kwonlyargs)]
-    return [argument.arg for argument in arguments]
+        return None
+    functions = (node for node in body if isinstance(node, ast.FunctionDef))
+    return next((node for node in functions if node.name == name), None)
 
 
 def _plugins(ctx: click.Context) -> "Plugins":

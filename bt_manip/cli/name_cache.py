@@ -6,13 +6,12 @@ import importlib.util
 import json
 import os
 import sys
-import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.files import cache_root
+from bt_manip.files import cache_root, replace_text
 from bt_manip.plugins import PluginSelection, installed
 
 
@@ -51,11 +50,9 @@ class NameCache:
         return {}
 
     def _write(self, answers: Mapping[str, Any]) -> None:
-        part = self._path.with_name(f".{uuid.uuid4().hex}")
         with contextlib.suppress(OSError):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            part.write_text(json.dumps({"stamp": self._stamp, "answers": answers}))
-            part.replace(self._path)
+            replace_text(self._path, json.dumps({"stamp": self._stamp, "answers": answers}))
 
 
 def _files(choice: PluginSelection) -> Iterator[Path]:

@@ -5,11 +5,11 @@ import importlib
 import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import click
 
+from bt_manip.cli.completion import function_in
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.plugins import (
     COMMAND_GROUP,
@@ -58,8 +58,9 @@ class PluginCommand:
         """Return the first line of its help, read from its source file without importing it."""
         if not isinstance(self.target, str):
             return (getattr(self.target, "help", None) or "").partition("\n")[0]
-        path = source_of(self.module)
-        return _docstring(path, self.target.partition(":")[2]) if path is not None else ""
+        path, name = source_of(self.module), self.target.partition(":")[2]
+        function = None if path is None else function_in(path, name)
+        return "" if function is None else (ast.get_docstring(function) or "").partition("\n")[0]
 
     def load(self) -> click.Command:
         """Import it; raise a `BrokenCommandError` if that fails or it is no click command."""
@@ -112,14 +113,3 @@ def blame(error: BaseException, choice: PluginSelection) -> PluginCommand | None
         if package in owners:
             return owners[package]
     return None
-
-
-def _docstring(path: Path, function: str) -> str:
-    try:
-        body = ast.parse(path.read_text(encoding="utf-8")).body
-    except (OSError, SyntaxError, ValueError):
-        return ""
-    for node in body:
-        if isinstance(node, ast.FunctionDef) and node.name == function:
-            return (ast.get_docstring(node) or "").partition("\n")[0]
-    return ""

@@ -18,7 +18,7 @@ from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.files import read_bytes, replace_text
-from bt_manip.registry import Parts
+from bt_manip.registry import Parts, UnknownPartError
 
 if TYPE_CHECKING:
     from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, ReadingOptions, Tree
@@ -108,10 +108,16 @@ def check(
 def show(name: str, form: str, foreign: ForeignTrees, output: Path | None) -> None:
     """Print a tree, with the ports of its nodes."""
     from bt_manip.bt import draw_dot, draw_svg, draw_text
+    from bt_manip.runner import make_tree
 
     parts, registry = _registered()
     draw: Any = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
-    loaded = _load(name, parts, registry, foreign)
+    source = _find(name, parts)
+    if source.kind == "python":
+        loaded = make_tree(source, {}, lambda: 0.0)
+    else:
+        options = replace(foreign.reading(), strict=False)
+        loaded = _read(source, registry, foreign, options).usable_tree()
     foreign.print_stubs()
     _write(draw(loaded), output)
 
@@ -184,7 +190,11 @@ def convert(
         text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
         _write(text, output)
         return SUCCESS
-    write = None if form == "xml" else parts.conversions.get(form or "python")
+    form = form or "python"
+    known = ("xml", *parts.conversions.names())
+    if form not in known:
+        raise UnknownPartError("conversion", form, known, parts.conversions.note)
+    write = None if form == "xml" else parts.conversions.get(form)
     options = replace(foreign.reading(), library=True)
     reading = _read(source, registry, foreign, options)
     reading.raise_errors()
@@ -311,21 +321,6 @@ def _read(
     reading = read_tree(source.path, registry, options, main=main)
     foreign.note(reading.stubbed)
     return reading
-
-
-def _load(
-    text: str,
-    parts: Parts,
-    registry: "BehaviourRegistry",
-    foreign: ForeignTrees,
-) -> "Tree":
-    source = _find(text, parts)
-    if source.kind == "python":
-        from bt_manip.runner import make_tree
-
-        return make_tree(source, {}, lambda: 0.0)
-    options = replace(foreign.reading(), strict=False)
-    return _read(source, registry, foreign, options).usable_tree()
 
 
 def _write(text: str, output: Path | None) -> None:

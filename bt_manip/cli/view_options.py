@@ -115,7 +115,8 @@ def _options(kind: str, name: str, make: Callable[..., Any]) -> list[_BroughtOpt
 
     flag, identifier = f"--{name.replace('_', '-')}", f"{kind}_{name.replace('-', '_')}"
     attributes = {key: getattr(make, key, value) for key, value in _KINDS[kind].items()}
-    options = [_BroughtOption([flag, identifier], help=_summary(make), **attributes)]
+    summary = " ".join((make.__doc__ or "").partition("\n\n")[0].split())
+    options = [_BroughtOption([flag, identifier], help=summary, **attributes)]
     own = parameters_of(make, keyword_only=True) if kind == "views" else {}
     for key, parameter in own.items():
         option = _BroughtOption(
@@ -131,10 +132,6 @@ def _options(kind: str, name: str, make: Callable[..., Any]) -> list[_BroughtOpt
         option.metavar_key = key
         options.append(option)
     return options
-
-
-def _summary(make: Callable[..., Any]) -> str:
-    return " ".join((make.__doc__ or "").partition("\n\n")[0].split())
 
 
 def _reader(parameter: "Parameter") -> Callable[[click.Context, click.Parameter, Any], Any]:

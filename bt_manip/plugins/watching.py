@@ -2,6 +2,7 @@
 
 import traceback
 from collections.abc import Callable, Collection
+from functools import partialmethod
 from typing import Any, TypeVar
 
 from bt_manip.exceptions import BtManipError
@@ -75,17 +76,13 @@ def guarded(observer: T, label: str, warn: Warn, hint: str = "", base: Any = Run
         base: Class of the observer's interface.
     """
     forwarded = {
-        name: _forward(name)
+        name: partialmethod(_Guard._try, name)
         for name, idle in vars(base).items()
         if callable(idle) and getattr(type(observer), name) is not idle and name not in vars(_Guard)
     }
     # The runner skips methods that an observer does not have.
     guard: Any = type("Guard", (_Guard, base), forwarded)
     return guard(observer, label, warn, hint)
-
-
-def _forward(name: str) -> Callable[..., None]:
-    return lambda guard, *arguments: guard._try(name, *arguments)
 
 
 class _Guard:
@@ -117,13 +114,8 @@ class _Guard:
             self._works = False
             if not quiet:
                 what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
-                place = _place(error)
+                last = traceback.extract_tb(error.__traceback__)[-1]
                 self._warn(
-                    f"{self._label} is not called again, the run continues: {what}{place}"
-                    f"{self._hint}"
+                    f"{self._label} is not called again, the run continues: {what} at "
+                    f"{last.filename}:{last.lineno}{self._hint}"
                 )
-
-
-def _place(error: BaseException) -> str:
-    frames = traceback.extract_tb(error.__traceback__)
-    return f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""

@@ -26,6 +26,8 @@ def find_scene(scene: str | Scene, parts: Parts) -> Scene:
     """
     if isinstance(scene, Scene):
         return scene
+    if scene.partition(":")[0].endswith((".xml", ".py")):
+        raise BtManipError(f"'{scene}' is a tree; a scene is a registered name or path.toml")
     return read_scene(scene, parts) if is_scene_file(scene) else parts.scenes.create(scene)
 
 

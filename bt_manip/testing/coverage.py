@@ -56,7 +56,8 @@ class TreeCoverage:
 
     def watch(self, tree: Tree) -> None:
         """Observe a tree."""
-        nodes = self._trees.setdefault(_name(tree), {})
+        document = f"{tree.source.name}:" if tree.source is not None else ""
+        nodes = self._trees.setdefault(f"{document}{tree.tree_id}", {})
         for node in tree.nodes:
             if node.path not in nodes:
                 ends = (_ONE_END[node.registration],) if node.registration in _ONE_END else _ENDS
@@ -105,8 +106,3 @@ def _missing(nodes: list[_Node]) -> Iterator[str]:
         for end in node.possible:
             if end not in node.ends:
                 yield f"{node.path}: never {end.name}"
-
-
-def _name(tree: Tree) -> str:
-    source = tree.source
-    return tree.tree_id if source is None else f"{source.name}:{tree.tree_id}"

@@ -7,6 +7,7 @@ the fixtures.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,28 +138,22 @@ def build_station(parts: Parts) -> Callable[[], Station]:
 
 
 @pytest.fixture(scope="session")
-def _situations_by_station(
-    build_station: Callable[[], Station],
-) -> dict[Callable[[], Station], Situations]:
-    """The start situations by `build_station`, which must have session scope, too."""
-    return {}
+def _situations_of(build_station: Callable[[], Station]) -> Callable[..., Situations]:
+    """Makes the situations of a `build_station` once, which must have session scope, too."""
+    from bt_manip.testing.situations import built_in_situations
+
+    return cache(built_in_situations)
 
 
 @pytest.fixture
 def situations(
-    build_station: Callable[[], Station],
-    _situations_by_station: dict[Callable[[], Station], Situations],
+    build_station: Callable[[], Station], _situations_of: Callable[..., Situations]
 ) -> Situations:
     """The start situations; override it, request the original and ``add`` further ones.
 
     In session scope, pytest would keep it where a module or folder overrides `build_station`.
     """
-    from bt_manip.testing.situations import built_in_situations
-
-    made = _situations_by_station
-    if build_station not in made:
-        made[build_station] = built_in_situations(build_station)
-    return made[build_station]
+    return _situations_of(build_station)
 
 
 @pytest.fixture

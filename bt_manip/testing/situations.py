@@ -64,7 +64,10 @@ class Situations:
         Raises:
             BtManipError: When it is unknown.
         """
-        station = self._built()
+        if self._station is None:
+            self._station = self._build()
+            self._snapshots[None] = self._station.get_state()
+        station = self._station
         snapshot = self._snapshots.get(name)
         if snapshot is not None:
             station.set_state(snapshot)
@@ -79,12 +82,6 @@ class Situations:
         make(station)
         self._snapshots[name] = station.get_state()
         return station
-
-    def _built(self) -> Station:
-        if self._station is None:
-            self._station = self._build()
-            self._snapshots[None] = self._station.get_state()
-        return self._station
 
     def _unknown(self, name: str) -> BtManipError:
         return BtManipError(f"no start situation '{name}'{did_you_mean(name, self._makers)}")
@@ -121,8 +118,15 @@ def built_in_situations(build: Callable[[], Station]) -> Situations:
     """
     situations = Situations(build)
     situations.add(AT_REST, _put_a_cube_on_the_table, after=None)
-    situations.add(AROUND_THE_CUBE, _reach)
-    situations.add(HOLDING, _pick, after=AROUND_THE_CUBE)
+    situations.add(
+        AROUND_THE_CUBE,
+        lambda station: play(station, Hover(object="cube", height=0.15), Reach(object="cube")),
+    )
+    situations.add(
+        HOLDING,
+        lambda station: play(station, Grasp(object="cube"), Lift(height=0.15)),
+        after=AROUND_THE_CUBE,
+    )
     return situations
 
 
@@ -133,11 +137,3 @@ def _put_a_cube_on_the_table(station: Station) -> None:
         height = station.cell.pose("table").translation[2] + table.surface_height
         station.cell.add(cube, spatial.pose((0.3, 0.1, height + cube.rest_height)), name="cube")
     station.cell.step(100)
-
-
-def _reach(station: Station) -> None:
-    play(station, Hover(object="cube", height=0.15), Reach(object="cube"))
-
-
-def _pick(station: Station) -> None:
-    play(station, Grasp(object="cube"), Lift(height=0.15))

@@ -35,7 +35,10 @@ def read_test_tree(
         if substitute:
             raise ValueError(f"'{text}' is made by a function: build it with other leaves there")
         return make_tree(source, texts, clock)
-    rules = {pattern: _rule(rule) for pattern, rule in (substitute or {}).items()}
+    rules = {
+        pattern: rule.config if isinstance(rule, Stub) else rule
+        for pattern, rule in (substitute or {}).items()
+    }
 
     def read(rules: Mapping[str, Rule]) -> Tree:
         options = ReadingOptions(dialect="auto", substitutions=rules)
@@ -69,7 +72,3 @@ def _idle(rules: Mapping[str, Rule], tree: Tree) -> Mapping[str, Rule]:
             find_rule({pattern: pattern}, n.name, n.registration, n.path) for n in tree.nodes
         )
     }
-
-
-def _rule(rule: Stub | Rule) -> Rule:
-    return rule.config if isinstance(rule, Stub) else rule

@@ -9,24 +9,18 @@ from typing import Any
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, Tree, parse_tree
-from tests.conformance.leaves import corpus_registry
 from tests.conformance.runner import Clock
-
-REPOSITORY = Path(__file__).resolve().parents[2]
+from tests.support.corpus_leaves import corpus_registry
+from tests.support.models import SHARED
 
 
 @pytest.fixture(scope="session")
 def engine_facts() -> Path:
     """Give the folder with the engine's traces and schema, or skip the test where it is missing."""
-    root = Path(os.environ.get("BTCPP_ROOT", REPOSITORY.parent / "shared" / "btcpp"))
+    root = Path(os.environ.get("BTCPP_ROOT", SHARED / "btcpp"))
     if not root.is_dir():
         pytest.skip(f"no traces of BehaviorTree.CPP at {root}")
     return root
-
-
-@pytest.fixture(scope="session")
-def repository() -> Path:
-    return REPOSITORY
 
 
 def models_of(root: Any) -> dict[str, Any]:

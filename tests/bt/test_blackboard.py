@@ -85,6 +85,7 @@ class TestScopes:
     def test_the_place_of_a_key_is_known_before_it_is_written(self, outer):
         inner = Blackboard(outer)
         inner.remap("p", "new")
+        inner.remap("p", "later")  # the first one counts
         assert inner.place("p") == (outer, "new")
         assert inner.place("@p") == (outer, "p")
         assert inner.place("other") == (inner, "other")

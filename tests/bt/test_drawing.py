@@ -4,29 +4,20 @@ import py_trees
 import pytest
 from lxml import etree
 
+from bt_manip.behaviours import Hover
 from bt_manip.bt import (
-    Action,
     AlwaysFailure,
     AlwaysSuccess,
     Fallback,
-    Input,
     Inverter,
     Sequence,
     Sleep,
-    Status,
     SubTree,
     Tree,
     draw_dot,
     draw_svg,
     draw_text,
 )
-
-
-class Hover(Action):
-    object = Input(str)
-
-    def update(self):
-        return Status.SUCCESS
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """What the walk through a tree finds impossible never happens in the real engine."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -10,8 +11,8 @@ from bt_manip.bt.analysis.uses import Uses
 from bt_manip.bt.analysis.walk import Walk
 from bt_manip.bt.traits import Traits
 from bt_manip.exceptions import TreeError
-from tests.conformance.leaves import corpus_registry
 from tests.conformance.options import options_in, parse_options
+from tests.support.corpus_leaves import corpus_registry
 
 ELEMENT = parse_source("<a/>").root
 LEAVES = corpus_registry([])
@@ -52,9 +53,9 @@ def impossible_in(walk, tree, outcomes, trace):
 
 
 @pytest.mark.parametrize("name", ["nodes", "ports", "scripts", "timers"])
-def test_what_the_engine_did_is_possible(repository, name):
+def test_what_the_engine_did_is_possible(name):
     judged = never = 0
-    with (repository / "tests" / "bt" / "traces" / f"{name}.jsonl").open() as lines:
+    with (Path(__file__).with_name("traces") / f"{name}.jsonl").open() as lines:
         for case in map(json.loads, lines):
             options = parse_options(case["trace"].get("options") or options_in(case["xml"]))
             if options.substitutions or case["trace"].get("error"):

@@ -31,12 +31,6 @@ def registry():
     return BehaviourRegistry([IsIn, IsAt])
 
 
-def test_conditions_are_joined_and_have_ports(registry):
-    isin, isat = parse_tree(XML.format(BOTH), registry).goal
-    assert isin.given == {"object": "{o}", "container": "box"}
-    assert isat.given == {"pose": "0.4;0;1"}
-
-
 @pytest.mark.parametrize(
     ("goal", "message"),
     [

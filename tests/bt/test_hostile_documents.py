@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from bt_manip.bt import Action, BehaviourRegistry, Input
 from bt_manip.bt.loading import read_tree_text
 from bt_manip.exceptions import BtManipError
-from tests.conformance.leaves import corpus_registry
+from tests.support.corpus_leaves import corpus_registry
 
 SEEDS = [
     '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence name="s">'

@@ -10,7 +10,6 @@ from bt_manip.bt import (
     InOut,
     Input,
     Output,
-    Sequence,
     Status,
     Tree,
     literals,
@@ -171,17 +170,6 @@ def test_a_list_that_was_read_can_be_changed_without_harm():
 def test_a_port_cannot_take_a_name_that_is_needed(name):
     with pytest.raises(TypeError, match=f"a port cannot be named '{name}'"):
         type("Bad", (Action,), {name: Input(int)})
-
-
-def test_two_nodes_cannot_want_one_entry_with_two_types():
-    class Count(Action):
-        number = Input(int)
-
-    class Weigh(Action):
-        weight = Input(float)
-
-    with pytest.raises(PortError, match="'n' holds int.*port 'weight' of Weigh::3 wants double"):
-        Tree(Sequence([Count(number="{n}"), Weigh(weight="{n}")]))
 
 
 class TestLiterals:

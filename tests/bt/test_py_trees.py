@@ -41,20 +41,13 @@ class Stock(py_trees.behaviour.Behaviour):
 class TestStockChildren:
     """Stock behaviours under our nodes."""
 
-    def test_they_live_as_they_do_under_stock_parents(self):
-        stock = Stock("stock", "RS")
+    def test_they_live_as_they_do_under_stock_parents_and_are_stopped_when_they_are_halted(self):
+        stock = Stock("stock", "RSR")
         tree = Tree(Sequence(AlwaysSuccess(), stock))
-
-        assert [tree.tick().name for _ in range(2)] == ["RUNNING", "SUCCESS"]
-        assert stock.diary == ["initialise", "update", "update", "SUCCESS"]
-
-    def test_they_are_stopped_when_they_are_halted(self):
-        stock = Stock("stock", "R")
-        tree = Tree(Sequence(stock))
-        tree.tick()
+        assert [tree.tick().name for _ in range(3)] == ["RUNNING", "SUCCESS", "RUNNING"]
         tree.halt()
-
-        assert stock.diary == ["initialise", "update", "INVALID"]
+        whole, halted = ["initialise", "update", "update", "SUCCESS"], ["initialise", "update"]
+        assert stock.diary == [*whole, *halted, "INVALID"]
         assert stock.status is Status.INVALID
 
     def test_their_feedback_is_the_reason_of_a_failure_and_an_exception_names_them(self):

@@ -7,7 +7,6 @@ import pytest
 from bt_manip.bt import (
     BehaviourRegistry,
     Dialect,
-    Fallback,
     Libraries,
     Status,
     Stubs,
@@ -122,20 +121,10 @@ def test_a_control_that_a_document_declares_cannot_be_ticked(registry):
         reading.usable_tree().tick()
 
 
-def test_files_of_models_declare_nodes(registry, tmp_path):
-    (tmp_path / "project.btproj").write_text(f"<root>{MODELS}</root>")
-    stubs = Stubs(models=[tmp_path / "project.btproj"])
-    assert not read(RECOVERY % "", registry, stubs=stubs).errors
+def test_a_file_without_models_is_refused(tmp_path):
     (tmp_path / "empty.xml").write_text("<root/>")
     with pytest.raises(TreeError, match="no <TreeNodesModel>"):
         Stubs(models=[tmp_path / "empty.xml"])
-
-
-def test_a_declared_control_can_do_as_a_known_one(registry):
-    stubs = Stubs(True, {"RecoveryNode": "Fallback", "FollowPath": "FAILURE"})
-    tree = read(RECOVERY % "", registry, stubs=stubs).usable_tree()
-    tree.tick()
-    assert tree.root.status is Status.SUCCESS and isinstance(tree.root, Fallback)
 
 
 @pytest.mark.parametrize(

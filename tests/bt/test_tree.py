@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 from functools import partial
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from bt_manip.bt import (
     Action,
     AlwaysSuccess,
+    BehaviourRegistry,
     Condition,
     Fallback,
     Input,
@@ -23,7 +25,9 @@ from bt_manip.bt import (
     SubTree,
     SyncAction,
     Tree,
+    TreeWatch,
     TryCatch,
+    load_tree,
 )
 from bt_manip.exceptions import NodeError, ScriptError, TreeError
 
@@ -118,14 +122,6 @@ class TestLifeCycle:
         with pytest.raises(NodeError, match=message):
             tree_of(type("Bad", (base,), body)()).tick()
 
-    def test_a_setup_that_raises_names_its_node(self):
-        class Needy(Action):
-            def setup(self, *, arm, **_):
-                self.arm = arm
-
-        with pytest.raises(NodeError, match="Needy::1 .*: setup: .*'arm'"):
-            tree_of(Needy())
-
 
 def test_nodes_are_numbered_and_named_by_path():
     tree = tree_of(
@@ -186,14 +182,6 @@ def test_observers_hear_of_every_change_also_within_one_tick():
         ("s", "RUNNING", "SUCCESS"),
         ("s", "SUCCESS", "IDLE"),
     ]
-
-
-def test_observed_trees_run_the_same(bench, leaf):
-    body = f"<Fallback>{leaf('a', 'FRS')}{leaf('b', 'RFS')}</Fallback>"
-    plain, observed = bench.tree(body), bench.tree(body)
-    observed.observers.append(lambda *_: None)
-
-    assert [plain.tick() for _ in range(9)] == [observed.tick() for _ in range(9)]
 
 
 def test_a_condition_that_is_running_is_ticked_on_as_in_the_engine_and_says_what_is_odd():
@@ -270,31 +258,31 @@ def test_an_exception_names_the_innermost_node_once():
         tree.halt()
 
 
-class TestReasons:
-    """A failed tree says which node failed, and why."""
-
-    def reason(self, root):
-        tree = tree_of(root)
-        while tree.tick() is NodeStatus.RUNNING:
-            pass
-        return tree.failure_reason()
-
-    def test_the_failing_leaf_is_named(self):
-        root = SubTree("pick", Sequence(AlwaysSuccess(), Work("grasp", ends="F")))
-        assert self.reason(root) == "pick/grasp: it did not work"
-
-    def test_a_parallel_remembers_the_reason_of_an_earlier_tick(self):
-        recovery = Fallback(Work("recover", ends="F", ticks=3), AlwaysSuccess())
-        root = ParallelAll(Work("grasp", ends="F", ticks=1), recovery)
-        assert self.reason(root) == "grasp: it did not work"
-
-    def test_a_condition_says_what_was_not_true(self):
-        assert self.reason(ScriptCondition("ok?", code="1 > 2")) == "ok?: not: 1 > 2"
-        assert self.reason(AlwaysSuccess("a", failure_if="true")) == "a: _failureIf: true"
-        assert self.reason(Inverter("not", AlwaysSuccess("a"))) == "not: a succeeded"
-
-    def test_there_is_none_before_a_failure(self):
-        assert self.reason(AlwaysSuccess()) == ""
+@pytest.mark.parametrize(
+    ("root", "reason"),
+    [
+        (
+            SubTree("pick", Sequence(AlwaysSuccess(), Work("grasp", ends="F"))),
+            "pick/grasp: it did not work",
+        ),
+        (
+            ParallelAll(  # whose other child ends later
+                Work("grasp", ends="F", ticks=1),
+                Fallback(Work("recover", ends="F", ticks=3), AlwaysSuccess()),
+            ),
+            "grasp: it did not work",
+        ),
+        (ScriptCondition("ok?", code="1 > 2"), "ok?: not: 1 > 2"),
+        (AlwaysSuccess("a", failure_if="true"), "a: _failureIf: true"),
+        (Inverter("not", AlwaysSuccess("a")), "not: a succeeded"),
+        (AlwaysSuccess(), ""),
+    ],
+)
+def test_a_failed_tree_says_which_node_failed_and_why(root, reason):
+    tree = tree_of(root)
+    while tree.tick() is NodeStatus.RUNNING:
+        pass
+    assert tree.failure_reason() == reason
 
 
 class TestState:
@@ -393,6 +381,22 @@ class TestReplacing:
         with pytest.raises(NodeError):
             tree.replace(Tree(Broken()))
         assert tree.tick() is NodeStatus.SUCCESS
+
+    def test_a_file_that_is_gone_for_a_moment_is_waited_for(self, tmp_path):
+        file = tmp_path / "tree.xml"
+        text = "<root><BehaviorTree><AlwaysSuccess/></BehaviorTree></root>"
+        file.write_text(text)
+        registry = BehaviourRegistry()
+        watch = TreeWatch(load_tree(file, registry), registry)
+        file.unlink()
+        assert watch.poll() is None
+        file.write_text(text)
+        os.utime(file, ns=(1, 1))
+        assert watch.poll().errors == ()
+
+    def test_a_tree_without_a_file_cannot_be_watched(self):
+        with pytest.raises(TreeError, match="was not read from a file"):
+            TreeWatch(Tree(Script(code="x := 1")), BehaviourRegistry())
 
 
 def test_a_node_cannot_stand_in_a_tree_twice():

@@ -38,7 +38,7 @@ from bt_manip.bt.xml.writer import write_source
 from bt_manip.exceptions import TreeError
 from bt_manip_convert import to_python
 from tests.bt.conftest import models_of
-from tests.conformance.leaves import corpus_registry
+from tests.support.corpus_leaves import corpus_registry
 
 
 class Hover(Action):

@@ -1,11 +1,13 @@
 """The program, run in the test's own process or at a terminal, and trees that are over at once."""
 
+import json
 import os
 import select
 import signal
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -63,6 +65,37 @@ def screen(monkeypatch) -> Iterator[Callable[[], Callable[[], str]]]:
 @pytest.fixture(autouse=True)
 def commands_share_stations(shared_stations) -> None:
     """Let commands run in the stations of the tests before."""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """Give the folder of the test, in which its commands run."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def write(folder) -> Callable[..., str]:
+    """Write a file into the folder of the test; give its name."""
+
+    def write(text: str, name: str = "tree.xml") -> str:
+        (folder / name).write_text(text)
+        return name
+
+    return write
+
+
+@pytest.fixture
+def digest(bt_manip, tmp_path) -> Callable[..., tuple[str, str]]:
+    """Run a tree that succeeds; give the digest of its last state, and its warnings."""
+
+    def run(tree: str, *options: object) -> tuple[str, str]:
+        report = tmp_path / "report.json"
+        code, _, err = bt_manip("run", tree, "--report", report, *options)
+        assert code == 0, err
+        return json.loads(report.read_text())["state_digest"], err
+
+    return run
 
 
 @pytest.fixture(scope="session")

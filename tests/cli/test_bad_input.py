@@ -30,31 +30,28 @@ def refused(bt_manip, trees, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("tree", "messages"),
+    ("tree", "message"),
     [
-        ("pick_plce", ["unknown tree 'pick_plce'; did you mean 'pick_place' or "]),
-        ("no_such_module_anywhere:tree", ["no_such_module_anywhere"]),
-        ("small_trees.py:no_tree", ["int"]),
-        ("small_trees.py:broken", ["RuntimeError", "no tree today", "small_trees.py:"]),
+        ("pick_plce", "unknown tree 'pick_plce'; did you mean 'pick_place' or "),
+        ("no_such_module_anywhere:tree", "no_such_module_anywhere"),
+        ("small_trees.py:no_tree", "int"),
+        ("small_trees.py:broken", "small_trees.py:28: no tree today"),
+        ("small_trees.py", "write 'small_trees.py:NAME'"),
+        ("small_trees.py:quik", "did you mean 'quick'"),
+        ("smal_trees.py:quick", "did you mean 'small_trees.py'"),
+        ("tsk.xml", "did you mean 'task.xml'"),
+        ("nowhere/task.xml", "no folder"),
+        ("folder.xml", "'folder.xml' is a folder; a tree is a file"),
+        ("folder.py:make", "'folder.py' is a folder; a tree is a file"),
+        ("folder", "'folder' is a folder; a tree is a file"),
     ],
 )
-def test_an_argument_that_is_no_tree(refused, tree, messages):
-    text = refused(tree)
-    assert all(message in text for message in messages)
-    assert gc.isenabled()
-
-
-def test_a_tree_file_that_is_not_there(refused, tmp_path):
+def test_an_argument_that_is_no_tree(refused, tmp_path, tree, message):
     (tmp_path / "task.xml").touch()
-    assert "did you mean 'task.xml'" in refused("tsk.xml")
-    assert "no folder" in refused("nowhere/task.xml")
-
-
-@pytest.mark.parametrize("name", ["task.xml", "task.py", "tasks"])
-def test_a_folder_that_is_called_like_a_tree(refused, tmp_path, name):
-    (tmp_path / name).mkdir()
-    function = ":make" if name.endswith(".py") else ""
-    assert f"'{name}' is a folder; a tree is a file" in refused(name + function)
+    for name in ("folder.xml", "folder.py", "folder"):
+        (tmp_path / name).mkdir()
+    assert message in refused(tree)
+    assert gc.isenabled()
 
 
 @pytest.mark.parametrize("name", ["a.xml", "a.py:make", "cube.xml"])
@@ -73,64 +70,21 @@ def test_a_folder_that_one_may_not_enter(refused, monkeypatch, name):
     assert f"'{path.partition(':')[0]}': Permission denied" in text
 
 
-def test_a_python_file_without_a_function(refused, trees):
-    assert "write 'small_trees.py:NAME'" in refused("small_trees.py")
-    assert "did you mean 'quick'" in refused("small_trees.py:quik")
-    assert "did you mean 'small_trees.py'" in refused("smal_trees.py:quick")
-
-
-@pytest.mark.parametrize(
-    ("node", "messages"),
-    [
-        ("<Sequence>\n<AlwaysSuccess>\n</Sequence>", ["task.xml:5:"]),
-        ('<Hovr object="cube"/>', ["task.xml:3:", "did you mean 'Hover'"]),
-        ('<Hover object="cube" heigt="0.3"/>', ["task.xml:3:", "did you mean 'height'"]),
-        ('<Hover object="cube" height="tall"/>', ["task.xml:3:", "height", "tall"]),
-        ('<SpawnObject model="cub" object="{o}"/>', ["did you mean 'cube'"]),
-    ],
+SUB_TREES = (  # on line 4
+    '<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>'
+    '<BehaviorTree ID="Go"><MoveToConfiguration configuration="{to}"/></BehaviorTree></root>'
 )
-def test_a_document_with_a_mistake(refused, task, node, messages):
-    text = refused(task(node))
-    assert all(message in text for message in messages)
-
-
-@pytest.mark.parametrize(
-    ("goal", "options", "message"),
-    [
-        ("IsInn object=a container=b", "", "task.xml:2:32: error: _goal: no condition is named 'I"),
-        ("IsIn object=cub container=basket", "", "task.xml:2:"),
-        ("IsIn object=cub container=basket", "", "no object 'cub'"),
-        ("IsHolding object=a", "--scene two_arms", "goal/IsHolding: "),
-        ("IsHolding object=a", "--scene two_arms", "select one by the port robot"),
-    ],
-)
-def test_a_goal_that_does_not_fit_the_cell(refused, task, goal, options, message):
-    path = task("<AlwaysSuccess/>", f'_goal="{goal}"')
-    assert message in refused(path, *options.split())
 
 
 @pytest.mark.parametrize(
     ("node", "message"),
     [
+        ('<Hovr object="cube"/>', "did you mean 'Hover'"),
+        ('<SpawnObject model="cub" object="{o}"/>', "did you mean 'cube'"),
         ('<Hover object="cub"/>', "port 'object' of Hover: no object 'cub'; known: basket, "),
         ('<Drop container="bskt"/>', "port 'container' of Drop: no object 'bskt'; did you mean"),
         ('<IsIn object="part_*" container="basket"/>', "no object is called 'part_*'; there are "),
         ('<IsIn object="kind:can" container="basket"/>', "table (table), basket (basket)"),
-    ],
-)
-def test_an_object_that_the_scene_lacks_is_placed_at_its_line(refused, task, node, message):
-    error = refused(task(node))
-    assert message in error and "task.xml:3:" in error
-
-
-def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, task):
-    code, _, err = bt_manip("evaluate", task('<Hover object="cub"/>'), "--episodes", 2)
-    assert code == 2 and "task.xml:3:" in err and "no object 'cub'; known: basket, " in err
-
-
-@pytest.mark.parametrize(
-    ("node", "message"),
-    [
         ('<SubTree ID="To" to="bskt"/>', "port 'container' of Drop: no object 'bskt'; did you"),
         (
             '<Sequence><Script code="to := \'bskt\'"/><Drop container="{to}"/></Sequence>',
@@ -139,12 +93,39 @@ def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, task):
         ('<SubTree ID="Go" to="hom"/>', "no configuration is named 'hom'; did you mean 'home'?"),
     ],
 )
-def test_a_name_that_an_entry_holds_is_checked_too(refused, task, node, message):
+def test_a_mistake_in_a_document_is_placed_at_its_line(refused, task, node, message):
     path = task(node)
-    trees = """<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>
-      <BehaviorTree ID="Go"><MoveToConfiguration configuration="{to}"/></BehaviorTree></root>"""
-    path.write_text(path.read_text().replace("</root>", trees))
-    assert message in refused(path)
+    path.write_text(path.read_text().replace("</root>", SUB_TREES))
+    error, line = refused(path), 4 if "SubTree" in node else 3
+    assert message in error and f"task.xml:{line}:" in error
+
+
+@pytest.mark.parametrize(
+    ("attribute", "options", "messages"),
+    [
+        (
+            '_goal="IsInn object=a container=b"',
+            "",
+            ["task.xml:2:32: error: _goal: no condition is named 'IsInn'"],
+        ),
+        ('_goal="IsIn object=cub container=basket"', "", ["task.xml:2:", "no object 'cub'"]),
+        (
+            '_goal="IsHolding object=a"',
+            "--scene two_arms",
+            ["goal/IsHolding: ", "select one by the port robot"],
+        ),
+        ('_results="left;right"', "", ["task.xml:2:", "expected keys separated by spaces"]),
+        ('_continues="yes"', "", ["task.xml:2:", "expected 'true' or 'false'"]),
+    ],
+)
+def test_an_attribute_that_the_tree_cannot_have(refused, task, attribute, options, messages):
+    error = refused(task("<AlwaysSuccess/>", attribute), *options.split())
+    assert all(message in error for message in messages)
+
+
+def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, task):
+    code, _, err = bt_manip("evaluate", task('<Hover object="cub"/>'), "--episodes", 2)
+    assert code == 2 and "task.xml:3:" in err and "no object 'cub'; known: basket, " in err
 
 
 def test_objects_that_the_tree_adds_are_known(bt_manip, task):
@@ -173,6 +154,12 @@ def test_objects_that_the_tree_adds_are_known(bt_manip, task):
         (("--no-such-option",), "no-such-option"),
         (("--robot", "pnda"), "unknown robot 'pnda'; did you mean 'panda'?"),
         (("--controller", "computed_torqe"), "did you mean 'computed_torque'"),
+        (("--scene", "table_and_baskett"), "did you mean 'table_and_basket'"),
+        (("--scene", "none.toml"), "no scene none.toml: No such file"),
+        (("--scene", "pick.xml"), "'pick.xml' is a tree; a scene is a registered name or path"),
+        (("--scene", "trees/pick.py:pick"), "'trees/pick.py:pick' is a tree; a scene is"),
+        (("--snapshot-at", "1", "missing/x.json"), "snapshot"),
+        (("--snapshot-at", "-1", "x.json"), "-1"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
@@ -186,9 +173,10 @@ def test_an_unwritable_report(refused, tmp_path, place):
     assert "cannot be written" in message
 
 
-def test_report_and_trace_in_one_file(refused, tmp_path):
-    report = tmp_path / "report.json"
-    assert "both" in refused("small_trees.py:quick", "--trace", report)
+def test_report_and_another_output_in_one_file(refused, tmp_path):
+    for option in ("--trace",), ("--snapshot-at", 1):
+        message = refused("small_trees.py:quick", *option, tmp_path / "report.json")
+        assert "cannot both be" in message
 
 
 SCENE = "[[robots]]\nposition = [{x}, 0.0, 1.015]\n"

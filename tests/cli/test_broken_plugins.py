@@ -67,24 +67,18 @@ WITNESS = """
 
 @pytest.mark.parametrize("hook", ["after_compile", "after_tick"])
 def test_an_observer_that_raises_is_one_warning_and_changes_nothing(
-    bt_manip, folder, trees, tmp_path, hook
+    digest, folder, trees, tmp_path, hook
 ):
-    def digest(*options) -> tuple[str, str]:
-        report = tmp_path / "report.json"
-        code, _, err = bt_manip("run", f"{trees}:quick", "--report", report, *options)
-        assert code == 0
-        return json.loads(report.read_text())["state_digest"], err
-
     plugins = folder("bad", OBSERVER.format(hook=hook, log=str(tmp_path / "bad")))
     folder("good", WITNESS.format(log=str(tmp_path / "good")))
-    watched, err = digest("--plugins-dir", plugins)
+    watched, err = digest(f"{trees}:quick", "--plugins-dir", plugins)
     (line,) = err.splitlines()
     assert line.startswith("Warning: plugin 'bad'")
     assert "RuntimeError: cannot look" in line and "--block bad" in line
     assert str(plugins / "bad.py") in line
     assert not (tmp_path / "bad").exists()  # it is not asked again
     assert len((tmp_path / "good").read_text().split()) > 1
-    assert digest() == (watched, "")
+    assert digest(f"{trees}:quick") == (watched, "")
 
 
 RAISING = """
@@ -115,6 +109,7 @@ RAISING = """
 UPDATE = "def update(self): return Status.SUCCESS"
 IN_BETWEEN = {
     "exits": ("def update(self): raise SystemExit(0)", 3, "SystemExit: 0"),
+    "raises GeneratorExit": ("def update(self): raise GeneratorExit", 3, "GeneratorExit"),
     "returns nothing": ("def update(self): pass", 1, "update() returned None; expected a Status"),
     "asks for what is not there": (
         f"def setup(self, *, camera, **_): pass\n    {UPDATE}",
@@ -224,17 +219,11 @@ def test_a_broken_controller_or_behaviour_ends_the_run_with_the_arm_braked_and_i
     assert abs(np.diff(v_ref, axis=0)).max() < 0.05  # it is braked, not stopped dead
 
 
-def test_a_slow_controller_is_one_warning_and_changes_no_result(bt_manip, folder, trees, tmp_path):
-    def run(controller: str, *options: object) -> tuple[str, str]:
-        report = tmp_path / "report.json"
-        files = "--controller", controller, "--report", report
-        code, _, err = bt_manip("run", f"{trees}:quick", *files, *options)
-        assert code == 0
-        return json.loads(report.read_text())["state_digest"], err
-
+def test_a_slow_controller_is_one_warning_and_changes_no_result(digest, folder, trees):
     plugins = folder("snail", CONTROLLER.format(after=0, then="time.sleep(0.002)"))
-    slow, err = run("odd", "--plugins-dir", plugins)
+    tree = f"{trees}:quick"
+    slow, err = digest(tree, "--controller", "odd", "--plugins-dir", plugins)
     (line,) = err.splitlines()
     assert line.startswith("Warning: controller 'odd' of plugin 'snail'")
     assert "is slow" in line and "%" in line
-    assert run("gravity_compensated_pd") == (slow, "")
+    assert digest(tree, "--controller", "gravity_compensated_pd") == (slow, "")

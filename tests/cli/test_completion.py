@@ -1,9 +1,6 @@
 """The shell completes registered names, and the keys of the tree that stands on the line."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +8,7 @@ from click.shell_completion import ShellComplete
 
 from bt_manip import plugins
 from bt_manip.cli.app import app
+from tests.support.program import run_python
 
 
 def completed(*words: object) -> list[str]:
@@ -55,15 +53,11 @@ def test_of_an_unknown_tree_no_keys_are_offered():
         assert completed("run", tree, "--set", "") == []
 
 
-def test_the_command_of_the_guide_gives_the_shell_its_script():
+def test_the_command_of_the_guide_gives_the_shell_its_script(tmp_path):
     page = (Path(__file__).resolve().parents[2] / "docs" / "start.md").read_text()
     (variable, value) = re.findall(r"\$\((\w+)=(\w+) bt-manip\)", page)[0]
-    done = subprocess.run(
-        [sys.executable, "-m", "bt_manip"], env={**os.environ, variable: value},
-        capture_output=True, text=True,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "complete" in done.stdout and "bt-manip" in done.stdout
+    script = run_python("-m", "bt_manip", cwd=tmp_path, **{variable: value})
+    assert "complete" in script and "bt-manip" in script
 
 
 def test_where_no_name_fits_the_shell_completes_files(trees):

@@ -1,12 +1,16 @@
 """bt-manip evaluate and sweep: what they print, write and return."""
 
 import json
+import os
+from functools import partial
 from importlib.util import find_spec
 
 import pytest
 
 from bt_manip.cli.app import run_app
-from bt_manip.evaluation import EpisodeWorker, WorkerDiedError
+from bt_manip.cli.exit_codes import BAD_INPUT, FAULT, exit_code_of
+from bt_manip.evaluation import EpisodeWorker, WorkerDiedError, call_in_process
+from bt_manip.exceptions import BtManipError
 from tests.evaluation.conftest import SCENE, TREES
 
 
@@ -59,6 +63,13 @@ def test_episodes_that_end_their_process_are_failed_rows(evaluate, in_this_proce
     monkeypatch.setattr("bt_manip.evaluation.scheduling.run_episodes", die)
     code, out, _ = evaluate("--episodes", 1)
     assert code == 1 and "its process ended with exit code 0" in out
+
+
+def test_a_process_that_died_is_a_fault_and_no_bad_input():
+    with pytest.raises(WorkerDiedError) as died:
+        call_in_process("the undisturbed cycle", partial(os._exit, 7))
+    assert exit_code_of(died.value) == FAULT
+    assert exit_code_of(BtManipError("no such tree")) == BAD_INPUT
 
 
 def test_results_are_continued_and_others_refused(evaluate, in_this_process, tmp_path):

@@ -21,22 +21,20 @@ MODELS = """\
 """
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tree.xml").write_text(TREE)
-    (tmp_path / "nodes.xml").write_text(MODELS)
-    return tmp_path
+@pytest.fixture(autouse=True)
+def files(write):
+    write(TREE)
+    write(MODELS, "nodes.xml")
 
 
-def test_models_declare_nodes_for_check_and_show(bt_manip, folder):
+def test_models_declare_nodes_for_check_and_show(bt_manip):
     code, _, err = bt_manip("tree", "check", "tree.xml", "--models", "nodes.xml")
     assert code == 0
     assert "Stubs:" in err and "TryTwice (Control, only declared)" in err
     assert "FollowPath" in bt_manip("tree", "show", "tree.xml", "--models", "nodes.xml").out
 
 
-def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_manip, folder):
+def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_manip):
     code, _, err = bt_manip("run", "tree.xml", "--models", "nodes.xml")
     assert code == 2 and '--stub "TryTwice=Fallback"' in err
     code, _, err = bt_manip(
@@ -49,32 +47,31 @@ def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_man
 
 
 @pytest.mark.parametrize("text", ["FollowPath", "=SUCCESS", "FollowPath="])
-def test_a_stub_without_name_or_result_is_bad_input(bt_manip, folder, text):
+def test_a_stub_without_name_or_result_is_bad_input(bt_manip, text):
     code, _, err = bt_manip("tree", "check", "tree.xml", "--stub", text)
     assert code == 2 and "--stub wants NAME=RESULT" in err
 
 
-def test_a_stub_that_no_tree_has_a_use_for_is_told(bt_manip, folder):
+def test_a_stub_that_no_tree_has_a_use_for_is_told(bt_manip):
     _, _, err = bt_manip("tree", "check", "tree.xml", "--stub-unknown", "--stub", "Folow=FAILURE")
     assert "--stub: nothing is named 'Folow'" in err
     code, _, err = bt_manip("run", "pick_place", "--stub", "Folow=FAILURE", "--quiet")
     assert code == 0 and "a stub for 'Folow', but no node of the tree is named so" in err
 
 
-def test_errors_of_a_library_are_told_once(bt_manip, folder):
+def test_errors_of_a_library_are_told_once(bt_manip, write, folder):
     (folder / "parts").mkdir()
     nodes = "".join(f"<Sequence{number}/>" for number in range(12))  # with hints
-    (folder / "parts" / "bad.xml").write_text(
-        f'<root><BehaviorTree ID="Bad"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
-    )
+    bad = f'<root><BehaviorTree ID="Bad"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
+    write(bad, "parts/bad.xml")
     using = '<root><BehaviorTree ID="Main"><SubTree ID="Bad"/></BehaviorTree></root>'
     for name in ("a.xml", "b.xml"):
-        (folder / name).write_text(using)
+        write(using, name)
     code, out, err = bt_manip("tree", "check", "a.xml", "b.xml", "--with", "parts")
     assert code == 2 and out.count("'Sequence3'") == 1 and "2 trees: 12 errors" in err
     code, _, err = bt_manip("tree", "check", "parts/bad.xml", "--with", "parts")
     assert code == 2 and "1 tree: 12 errors" in err
 
 
-def test_formatting_needs_no_declarations(bt_manip, folder):
+def test_formatting_needs_no_declarations(bt_manip):
     assert bt_manip("tree", "format", "tree.xml", "--check").code == 0

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.findings import applied
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 
 TREE = """\
@@ -36,35 +38,12 @@ DROP = """\
 
 
 @pytest.fixture
-def write(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def write(text, name="tree.xml"):
-        Path(name).write_text(text)
-        return name
-
-    return write
-
-
-@pytest.fixture
 def found(bt_manip):
     def found(*words):
         code, out, _ = bt_manip(*words, "--json")
         return code, json.loads(out)
 
     return found
-
-
-def applied(text, finding):
-    """Apply the suggestion of a finding as the documentation says."""
-    lines = text.splitlines(keepends=True)
-    edit = finding["suggestion"]
-    at = finding | edit  # a suggestion may have a place of its own
-    start = sum(map(len, lines[: at["line"] - 1])) + at["column"] - 1
-    word = re.compile(rf"(?<!\w){re.escape(edit['replace'])}(?!\w)")
-    place = word.search(text, start)
-    assert place is not None
-    return text[: place.start()] + edit["with"] + text[place.end() :]
 
 
 def test_a_warning_has_its_kind_and_place(found, write):

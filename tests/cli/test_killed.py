@@ -3,11 +3,8 @@
 import signal
 import subprocess
 import sys
-import textwrap
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -20,7 +17,7 @@ import os
 import time
 from bt_manip import hookimpl
 
-FILE = os.open("{name}.ended", os.O_WRONLY | os.O_CREAT)
+FILE = os.open("ended", os.O_WRONLY | os.O_CREAT)
 
 @hookimpl
 def cycle_ended(station):
@@ -34,71 +31,46 @@ BUFFERED = 0.256
 """Simulated time of the control steps that a trace may lack [s]."""
 
 
-class Killed(NamedTuple):
-    """A process that was killed, and the cycles that had ended by its own account."""
+def run_and_kill(tree: str, folder: Path, name: str, after: float) -> tuple[float, np.ndarray]:
+    """Kill a run some time after its first cycle [s]; return when, and when its cycles had ended.
 
-    folder: Path
-    name: str
-    at: float  # [s], wall time
-    ended: list[tuple[float, float]]  # [s], wall time and simulated time
-
-
-@pytest.fixture
-def killed(trees, tmp_path) -> Iterator[Callable[..., Killed]]:
-    """Start a run for each name of a report, and kill it some time after its first cycle."""
-    started: dict[str, subprocess.Popen[bytes]] = {}
-
-    def start(*names: str) -> None:
-        for name in names:
-            plugins = tmp_path / f"{name}.plugins"
-            plugins.mkdir()
-            (plugins / "probe.py").write_text(textwrap.dedent(PROBE.format(name=name)))
-            files = "--report", name, "--trace", f"{name}.npz", "--plugins-dir", str(plugins)
-            command = sys.executable, "-m", "bt_manip", "run", f"{trees}:quick", "--cycles", "0"
-            started[name] = subprocess.Popen([*command, *files, "--quiet"], cwd=tmp_path)
-
-    def kill(name: str, after: float) -> Killed:
-        ended = tmp_path / f"{name}.ended"
-        deadline = time.monotonic() + 60.0
-        while not (ended.exists() and ended.stat().st_size):
-            assert time.monotonic() < deadline and started[name].poll() is None
-            time.sleep(0.01)
-        time.sleep(after)
-        at = time.monotonic()
-        started[name].kill()
-        assert started[name].wait(30) == -signal.SIGKILL
-        rows = [line.split() for line in ended.read_text().splitlines(keepends=True)]
-        return Killed(tmp_path, name, at, [(float(t), float(s)) for t, s in rows])
-
-    def run(*after: float) -> tuple[Killed, Killed]:
-        start("r.jsonl", "r.json")
-        return kill("r.jsonl", after[0]), kill("r.json", after[1])
-
-    yield run
-    for process in started.values():
-        process.kill()
-        process.wait(30)
+    These are wall times; the second column of the cycles is simulated time [s].
+    """
+    (folder / "plugins").mkdir()
+    (folder / "plugins" / "probe.py").write_text(PROBE)
+    command = [sys.executable, "-m", "bt_manip", "run", tree, "--cycles", "0", "--quiet"]
+    command += ["--report", name, "--trace", "run.npz", "--plugins-dir", "plugins"]
+    ended = folder / "ended"
+    with subprocess.Popen(command, cwd=folder) as process:
+        try:
+            deadline = time.monotonic() + 60.0
+            while not (ended.exists() and ended.stat().st_size):
+                assert time.monotonic() < deadline and process.poll() is None
+                time.sleep(0.01)
+            time.sleep(after)
+            at = time.monotonic()
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGKILL
+    return at, np.loadtxt(ended, ndmin=2)
 
 
-def check(lines: Killed, json: Killed) -> None:
-    report = read_report(lines.folder / lines.name)
+MOMENTS = [
+    pytest.param(name, after, marks=pytest.mark.soak)
+    for seed in range(49)
+    for name, after in zip(
+        ("r.jsonl", "r.json"), np.random.default_rng(seed).uniform(0.0, 2.0, 2), strict=True
+    )
+]
+
+
+@pytest.mark.parametrize(("name", "after"), [("r.jsonl", 0.1), ("r.json", 1.5), *MOMENTS])
+def test_a_run_killed_at_any_moment_leaves_the_cycles_that_had_ended(trees, tmp_path, name, after):
+    at, ended = run_and_kill(f"{trees}:quick", tmp_path, name, after)
+    report = read_report(tmp_path / name)
     assert report.status == "ERROR" and "ended without an end" in report.error
     assert report.robot == "panda"
-    assert len(report.cycles) - len(lines.ended) in (0, 1)  # it is written before the probe
-    report = read_report(json.folder / json.name)
-    assert report.status == "ERROR" and "ended without an end" in report.error
-    before = [wall for wall, _ in json.ended if wall < json.at - 1.0 - LATENCY]
-    assert len(before) <= len(report.cycles) <= len(json.ended) + 1
-    for each in (lines, json):
-        t = read_trace(each.folder / f"{each.name}.npz")["t"]
-        assert t[-1] > each.ended[-1][1] - BUFFERED
-
-
-MOMENTS = [np.random.default_rng(seed).uniform(0.0, 2.0, 2) for seed in range(49)]
-
-
-@pytest.mark.parametrize(
-    "after", [(0.1, 1.5), *(pytest.param(two, marks=pytest.mark.soak) for two in MOMENTS)]
-)
-def test_a_run_killed_at_any_moment_leaves_the_cycles_that_had_ended(killed, after):
-    check(*killed(*after))
+    # A line is written before the probe; the other form now and then.
+    written = ended if name == "r.jsonl" else ended[ended[:, 0] < at - 1.0 - LATENCY]
+    assert len(written) <= len(report.cycles) <= len(ended) + 1
+    assert read_trace(tmp_path / "run.npz")["t"][-1] > ended[-1, 1] - BUFFERED

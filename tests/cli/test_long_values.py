@@ -26,6 +26,7 @@ def short(bt_manip, tmp_path, monkeypatch):
     return run
 
 
+@pytest.mark.parametrize("text", [WORD, SENTENCE], ids=["word", "sentence"])
 @pytest.mark.parametrize(
     "options",
     [
@@ -46,14 +47,9 @@ def short(bt_manip, tmp_path, monkeypatch):
         "scene check {}",
     ],
 )
-def test_a_long_option_is_cut(short, trees, options):
-    words = [word.format(WORD) for word in options.split()]
+def test_a_long_option_is_cut(short, trees, options, text):
+    words = [word.format(text) for word in options.split()]
     assert short(*(f"{trees}:quick" if word == "quick" else word for word in words)) in (1, 2)
-
-
-def test_a_long_sentence_is_cut(short, trees):
-    for option in ("--scene", "--set", "--report"):
-        assert short("run", f"{trees}:quick", option, SENTENCE) == 2
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,6 @@
 """bt-manip plugins, and the commands that plugins bring."""
 
 import json
-import os
-import subprocess
 import sys
 import textwrap
 
@@ -10,6 +8,7 @@ import click
 import pytest
 
 from bt_manip.cli.app import COMMANDS, app
+from tests.support.program import run_python
 
 COMMAND = '''
     import click
@@ -77,15 +76,6 @@ def test_a_command_of_a_plugin_joins_a_group(bt_manip, site):
     assert "the command 'tree greet' of bt-manip-polite5 2.5 cannot be loaded" in err
 
 
-def test_a_single_file_registers_a_command(bt_manip, tmp_path):
-    source = COMMAND.format(body="click.echo(f'hello {name}')", extra="")
-    hook = HOOK.format(arguments="'greet', greet")
-    (tmp_path / "polite6.py").write_text(textwrap.dedent(source) + textwrap.dedent(hook))
-    assert bt_manip("--plugins-dir", tmp_path, "greet", "Ada") == (0, "hello Ada\n", "")
-    assert "Greet somebody. (polite6.py)" in bt_manip("--plugins-dir", tmp_path, "--help").out
-    assert bt_manip("greet", "Ada").code == 2
-
-
 def test_a_command_of_an_entry_point_runs_with_a_warning_that_names_the_hook(bt_manip, site):
     source = COMMAND.format(body="click.echo(f'hello {name}')", extra="")
     points = "[bt_manip.commands]\ngreet = bt_manip_polite7:greet\n"
@@ -109,29 +99,28 @@ def test_a_blocked_command_is_not_there(bt_manip, site, monkeypatch):
     assert bt_manip("greet", "Ada").code == 2
 
 
-@pytest.mark.parametrize("extra", ["import surely_not_there", "raise SystemExit(0)"])
-def test_a_command_that_does_not_import_is_3_and_says_whose_it_is(bt_manip, site, extra):
-    greeting(site, "bt-manip-rude", extra=extra)
+LOADING = "the command 'greet' of bt-manip-rude 2.5 cannot be loaded: "
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ({"extra": "import surely_not_there"}, f"{LOADING}ModuleNotFoundError: No module named"),
+        ({"extra": "raise SystemExit(0)"}, f"{LOADING}SystemExit: 0 (to block it: --block rude)"),
+        ({"body": "raise ValueError('no')"}, "a command of bt-manip-rude 2.5: ValueError: no"),
+    ],
+)
+def test_a_command_that_fails_is_3_and_says_whose_it_is(bt_manip, site, options, problem):
+    greeting(site, "bt-manip-rude", **options)
     assert bt_manip("--help").code == 0
     code, _, err = bt_manip("greet", "Ada")
-    assert code == 3
-    last = err.splitlines()[-1]
-    assert "the command 'greet' of bt-manip-rude 2.5 cannot be loaded" in last
-    assert "--block rude" in last
+    assert code == 3 and err.splitlines()[-1].startswith(f"Error: {problem}")
 
 
 def test_what_is_no_command_is_3(bt_manip, site):
     hook(site, "bt-manip-odd", "'greet', 'sys:maxsize'")
     code, _, err = bt_manip("greet")
     assert code == 3 and "is not a click command" in err
-
-
-def test_a_command_that_raises_is_3_and_says_whose_it_is(bt_manip, site):
-    greeting(site, "bt-manip-shy", body="raise ValueError('too shy')")
-    code, _, err = bt_manip("greet", "Ada")
-    assert code == 3
-    last = err.splitlines()[-1]
-    assert last == "Error: a command of bt-manip-shy 2.5: ValueError: too shy"
 
 
 def test_no_plugin_takes_the_place_of_a_built_in_command(bt_manip, site):
@@ -155,12 +144,8 @@ def test_help_loads_none_of_twenty_plugins(site):
         "modules = [m for m in sys.modules if m.startswith('bt_manip_many')]\n"
         "assert all(m.endswith('_plugin') for m in modules), modules\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(folder)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert all(f"many{i}" in done.stdout for i in range(20))
+    shown = run_python("-c", code, cwd=folder, PYTHONPATH=str(folder))
+    assert all(f"many{i}" in shown for i in range(20))
 
 
 TOYS = """

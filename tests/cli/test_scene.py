@@ -93,19 +93,6 @@ def test_a_run_takes_a_file_and_its_seed(bt_manip, scene, trees, tmp_path):
     assert masses[0] != masses[1]
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("table_and_baskett", "unknown scene 'table_and_baskett'; did you mean 'table_and_basket'"),
-        ("none.toml", "no scene none.toml: No such file"),
-    ],
-)
-def test_a_scene_that_is_not_there_is_bad_input(bt_manip, trees, name, message):
-    code, _, err = bt_manip("run", f"{trees}:quick", "--scene", name)
-    assert code == 2
-    assert message in err
-
-
 def test_a_scene_that_names_its_robot_by_its_role_takes_another_robot(
     bt_manip, menagerie, monkeypatch, trees, tmp_path
 ):

@@ -23,10 +23,8 @@ RUN = ("run", "loud.py:tree", "--report", "r.json", "--cycles", "3")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "loud.py").write_text(TREE)
-    return tmp_path
+def loud(write):
+    write(TREE, "loud.py")
 
 
 def check_report(folder) -> None:

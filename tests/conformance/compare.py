@@ -6,8 +6,8 @@ from enum import Enum
 from typing import Any
 
 from bt_manip.bt.blackboard import EMPTY
-from tests.conformance.leaves import Event
 from tests.conformance.runner import EngineTrace
+from tests.support.corpus_leaves import Event
 
 _TEXTS = ("input_error", "output_error")
 _NOT_COMPARED = ("uid",)

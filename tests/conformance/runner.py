@@ -11,8 +11,8 @@ from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.status import NodeStatus
 from bt_manip.bt.tree import Tree
 from bt_manip.exceptions import NodeError, TreeError
-from tests.conformance.leaves import Event, corpus_registry
 from tests.conformance.options import Options
+from tests.support.corpus_leaves import Event, corpus_registry
 
 
 @dataclass

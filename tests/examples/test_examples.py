@@ -3,14 +3,15 @@
 import re
 import runpy
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
+from bt_manip.bt import ReadingOptions
+from bt_manip.plugins import PluginSelection, load_plugins
+from bt_manip.record import Recorder
+from bt_manip.runner import RunLoop, RunRequest, find_tree, prepare
+from tests.support.program import run_program, run_python
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
@@ -63,12 +64,41 @@ def commands(program: str) -> list[str]:
 @pytest.mark.parametrize("command", commands("bt-manip"))
 def test_a_tree_runs_by_the_command_line_as_listed(command, monkeypatch, capfd):
     monkeypatch.chdir(ROOT)
-    assert run_app(Interrupt(), [*shlex.split(command), "--quiet"]) == 0
+    assert run_program(*shlex.split(command), "--quiet") == 0
 
 
-@pytest.mark.parametrize("command", commands("pytest"))
-def test_an_examples_own_tests_pass(command):
-    pytest_as_listed = [sys.executable, "-m", "pytest", *shlex.split(command)]
-    done = subprocess.run(pytest_as_listed, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
-    assert "3 passed" in done.stdout
+@pytest.mark.parametrize(
+    ("command", "passed"), [(*commands("pytest"), 3), ("examples/own_task", 4)]
+)
+def test_an_examples_own_tests_pass(command, passed):
+    assert f"{passed} passed" in run_python("-m", "pytest", *shlex.split(command), cwd=ROOT)
+
+
+def offset(cell, name, container):
+    """Return the largest horizontal distance between two objects along an axis [m]."""
+    return abs((cell.pose(name).translation - cell.pose(container).translation)[:2]).max()
+
+
+def test_the_objective_of_moveit_pro_carries_the_cube_to_the_basket():
+    folder = EXAMPLES / "moveit_pro"
+    reading = ReadingOptions(dialect="auto", mapping=folder / "mapping.toml")
+    tree, scene = find_tree(str(folder / "pick_and_place.xml"), {}), str(folder / "cell.toml")
+    run = prepare(RunRequest(tree, scene=scene, reading=reading), load_plugins().parts)
+    with RunLoop(run) as loop:
+        ended = loop.cycle()
+    assert ended.succeeded, ended.reason
+    assert offset(run.station.cell, "cube", "basket") < 0.15
+
+
+def test_the_task_of_ones_own_puts_each_object_into_its_bin_and_counts():
+    folder = EXAMPLES / "own_task"
+    parts = load_plugins(choice=PluginSelection(folders=(folder,))).parts
+    tree, scene = find_tree(str(folder / "sort.xml"), {}), str(folder / "scene.toml")
+    run = prepare(RunRequest(tree, scene=scene), parts)
+    recorder = Recorder("sort", 0)
+    run.execute([recorder])
+    (cycle,) = recorder.report().cycles
+    assert (cycle.status, cycle.reason) == ("SUCCESS", "")
+    assert dict(cycle.results) == {"left": 2, "right": 2}
+    bins = {"nut_1": "left_bin", "nut_2": "left_bin", "cube": "right_bin", "block": "right_bin"}
+    assert all(offset(run.station.cell, *pair) < 0.1 for pair in bins.items())

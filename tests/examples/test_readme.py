@@ -6,13 +6,11 @@ import runpy
 from pathlib import Path
 
 import av
-import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.viewer import render
+from tests.support.program import run_program
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -33,7 +31,7 @@ def tree(tmp_path) -> Path:
 
 
 def test_the_first_tree_runs(tree):
-    assert run_app(Interrupt(), ["run", str(tree), "--quiet"]) == 0
+    assert run_program("run", tree, "--quiet") == 0
 
 
 @pytest.mark.parametrize(
@@ -47,7 +45,7 @@ def test_what_is_wrong_with_it_is_said_as_quoted(tree, old, new, code, quote, ca
     assert f"`{quote}`" in README
     assert old in tree.read_text()
     tree.write_text(tree.read_text().replace(old, new))
-    assert run_app(Interrupt(), ["run", str(tree)]) == code
+    assert run_program("run", tree) == code
     assert quote in "".join(capfd.readouterr())
 
 
@@ -55,7 +53,7 @@ def test_the_first_tree_in_python_runs_by_command_and_as_a_script(tmp_path, caps
     script = tmp_path / "pick.py"
     script.write_text(block("python", "station.run(pick)"))
     assert "`bt-manip run pick.py:pick`" in README
-    assert run_app(Interrupt(), ["run", f"{script}:pick", "--quiet"]) == 0
+    assert run_program("run", f"{script}:pick", "--quiet") == 0
     assert capsys.readouterr().out == ""  # importing it runs nothing
     runpy.run_path(str(script), run_name="__main__")
     assert capsys.readouterr().out == "SUCCESS\n"
@@ -70,7 +68,7 @@ def test_its_picture_is_what_the_project_draws(opengl):
     spec.loader.exec_module(script)
     cell = script.pick_place_in_the_middle().cell
     drawn = render(cell).astype(int)
-    shown = read_png(path.with_name("pick_place.png"))
+    _, shown = frame_of(path.with_name("pick_place.png"), 0.0)
     differs = np.abs(drawn - shown).max(axis=2) > 40
     assert differs.mean() < 0.02, f"draw it anew: python {path.relative_to(ROOT)}"
     # In the animation the arm does not stop there, and an overlay covers the upper left corner.
@@ -81,15 +79,8 @@ def test_its_picture_is_what_the_project_draws(opengl):
 
 
 def frame_of(path: Path, time: float) -> tuple[float, np.ndarray]:
-    """Give the frame of a video that is nearest to a time, and its time."""
+    """Give the frame of a video or picture that is nearest to a time, and its time."""
     with av.open(path) as video:
         frames = {float(one.time): one.to_ndarray(format="rgb24") for one in video.decode(video=0)}
     nearest = min(frames, key=lambda one: abs(one - time))
     return nearest, frames[nearest].astype(int)
-
-
-def read_png(path: Path) -> np.ndarray:
-    """Read a picture as MuJoCo reads textures."""  # (height, width, 3)
-    xml = f'<mujoco><asset><texture name="t" type="2d" file="{path}"/></asset></mujoco>'
-    model = mujoco.MjModel.from_xml_string(xml)
-    return model.tex_data.reshape(model.tex_height[0], model.tex_width[0], 3).astype(int)

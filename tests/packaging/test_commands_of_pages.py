@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -44,6 +45,7 @@ STANDS_FOR = {"my_task": "pick_place"}
 """What to fill in for names of the reader's."""
 
 QUICK = {
+    "README.md": ("bt-manip run pick_place --set cube=brick --plugins-dir my_plugins",),
     "docs/start.md": (
         "bt-manip run pick_place --seed 1",
         "bt-manip tree show pick_place",
@@ -209,6 +211,19 @@ def follow(page: str, folder: Path, python: Path, only: tuple[str, ...] = ()) ->
 def test_the_first_commands_of_a_page_work_with_the_wheel_alone(page, core, tmp_path):
     assert {*QUICK[page]} <= {*steps(page)}
     follow(page, tmp_path, core, QUICK[page])
+
+
+def test_trees_and_models_travel_in_the_wheel(core):
+    (wheel,) = core.parents[2].glob("wheels/*.whl")
+    packed = set(zipfile.ZipFile(wheel).namelist())
+    bundled = [*ROOT.glob("trees/**/*.xml"), *ROOT.glob("models/**/*.xml")]
+    bundled += ROOT.glob("scenes/*.toml")
+    assert {f"bt_manip/bundled/{path.relative_to(ROOT).as_posix()}" for path in bundled} <= packed
+    assert not [name for name in packed if "__pycache__" in name]
+    assert "bt_manip/py.typed" in packed
+    assert any(name.endswith("licenses/LICENSE") for name in packed)
+    tops = {name.partition("/")[0] for name in packed}
+    assert tops == {"bt_manip", next(top for top in tops if top.endswith(".dist-info"))}
 
 
 def report_of(line: str, folder: Path, python: Path) -> dict:

@@ -1,40 +1,23 @@
-"""What a newcomer does in the first minutes: clone, run, complete a name, make mistakes."""
+"""What a newcomer does in the first minutes: clone and run."""
 
 import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-
-pytestmark = pytest.mark.soak
-
-
-@pytest.fixture(scope="module")
-def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("newcomer") / "bt-manip"
-    subprocess.run(["git", "clone", "--quiet", REPOSITORY, path], check=True)
-    return path
+OURS = ("PYTHONPATH", "MUJOCO_GL", "DISPLAY", "VIRTUAL_ENV")
 
 
-def run(clone: Path, *command: str, **variables: str) -> subprocess.CompletedProcess:
-    environment = {
-        name: value
-        for name, value in os.environ.items()
-        if name not in ("PYTHONPATH", "MUJOCO_GL", "DISPLAY", "VIRTUAL_ENV")
-    }
-    return subprocess.run(
-        command, cwd=clone, env={**environment, "COLUMNS": "80", **variables},
-        capture_output=True, text=True, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-
-
+@pytest.mark.soak
 @pytest.mark.parametrize("installer", ["pip", "uv"])
-def test_make_run_sets_up_and_picks_a_cube_in_80_columns(clone, installer):
-    shutil.rmtree(clone / ".venv", ignore_errors=True)
-    done = run(clone, "make", "run", INSTALLER=installer)
+def test_make_run_sets_up_and_picks_a_cube_in_80_columns(tmp_path, installer):
+    subprocess.run(["git", "clone", "--quiet", REPOSITORY, tmp_path / "clone"], check=True)
+    environment = {name: value for name, value in os.environ.items() if name not in OURS}
+    environment |= {"COLUMNS": "80", "INSTALLER": installer}
+    how = {"cwd": tmp_path / "clone", "env": environment, "stdin": subprocess.DEVNULL}
+    done = subprocess.run(["make", "run"], capture_output=True, text=True, **how)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= 80
@@ -42,11 +25,3 @@ def test_make_run_sets_up_and_picks_a_cube_in_80_columns(clone, installer):
     before = lines[: lines.index(".venv/bin/bt-manip run pick_place")]
     assert len(before) <= 4  # the steps of the setup, and nothing of pip
     assert "Warning" not in done.stderr
-
-
-def test_a_tree_is_completed(clone):
-    done = run(
-        clone, ".venv/bin/bt-manip",
-        _BT_MANIP_COMPLETE="bash_complete", COMP_WORDS="bt-manip run pi", COMP_CWORD="2",
-    )  # fmt: skip
-    assert "plain,pick_place" in done.stdout.splitlines()

@@ -1,13 +1,13 @@
 """The main commands need no package of an extra."""
 
 import json
-import subprocess
-import sys
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
+from tests.support.program import run_python
 
 COMMAND = """
 import json, sys
@@ -57,6 +57,4 @@ def extras() -> list[str]:
 )
 def test_it_works_without_the_packages_of_extras(arguments, extras, tmp_path):
     assert {"PIL", "viser", "mcap"} <= {*extras}
-    command = [sys.executable, "-c", COMMAND, json.dumps(extras), *arguments]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    run_python("-c", COMMAND, json.dumps(extras), *arguments, cwd=tmp_path)

@@ -11,13 +11,8 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.plugins.entry_points import installed, label_of, names_of
 
-BALL = """
-    @hookimpl
-    def register_objects(register): register("ball", dict)
-"""
 
-
-def test_environment_variables_hold_several_names_and_folders(monkeypatch):
+def test_environment_variables_hold_names_and_folders_to_which_options_add(monkeypatch):
     for name in ("BT_MANIP_BLOCK", "BT_MANIP_PLUGINS_DIR"):
         monkeypatch.delenv(name, raising=False)
     assert PluginSelection.from_environment() == PluginSelection()
@@ -25,13 +20,8 @@ def test_environment_variables_hold_several_names_and_folders(monkeypatch):
     monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", f"a{os.pathsep}b")
     choice = PluginSelection.from_environment()
     assert choice == PluginSelection(frozenset({"toys", "arms", "paint"}), (Path("a"), Path("b")))
-
-
-def test_options_add_to_the_environment():
-    choice = PluginSelection(frozenset({"toys"}), (Path("a"),)).extended(
-        ["arms", ""], [Path("a"), Path("b")]
-    )
-    assert choice == PluginSelection(frozenset({"toys", "arms"}), (Path("a"), Path("b")))
+    more = choice.extended(["nets", ""], [Path("a"), Path("c")])
+    assert more == PluginSelection(choice.blocked | {"nets"}, (*choice.folders, Path("c")))
 
 
 def test_a_blocked_plugin_is_not_imported_and_its_absence_is_explained(plugin, load):

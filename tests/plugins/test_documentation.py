@@ -4,6 +4,7 @@ import inspect
 import re
 import runpy
 import shutil
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from bt_manip import hookspecs
 from bt_manip.models import bundled_root
 from bt_manip.registry import Parts
 from bt_manip.robots import read_description
+from tests.support.program import run_python
 
 TUTORIALS = ("object", "controller", "robot", "behaviour", "planner")
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "plugins"
@@ -80,15 +82,36 @@ def test_the_code_of_a_tutorial_is_that_of_the_package_which_ci_runs(kind):
         assert (page.parent / file).samefile(bundled_root("templates") / kind / name)
 
 
-@pytest.fixture
-def robot_page() -> str:
-    return (DOCS / "tutorials" / "robot.md").read_text().partition("## Without a package")[2]
+SINGLE_FILE = """
+from bt_manip import hookimpl
+
+@hookimpl
+def register_scenes(register):
+    pass
+"""
 
 
-def test_the_robot_tutorials_file_describes_the_robot_of_its_package(robot_page, tmp_path):
+def test_the_pyproject_of_the_first_page_installs_a_single_file(tmp_path):
+    (text,) = re.findall(r"```toml\n(\[project\]\n.*?)```", (DOCS / "README.md").read_text(), re.S)
+    (module,) = tomllib.loads(text)["tool"]["setuptools"]["py-modules"]
+    source, target = tmp_path / "source", tmp_path / "target"
+    source.mkdir()
+    (source / "pyproject.toml").write_text(text)
+    (source / f"{module}.py").write_text(SINGLE_FILE)
+    (source / f"test_{module}.py").touch()
+    run_python(
+        "-m", "pip", "--disable-pip-version-check", "install", "-q", "--no-index", "--no-deps",
+        "--no-build-isolation", "--target", target, source, cwd=tmp_path,
+    )  # fmt: skip
+    listed = run_python("-m", "bt_manip", "plugins", cwd=tmp_path, PYTHONPATH=str(target))
+    assert f"{module} 0.1: ok" in listed
+
+
+def test_the_robot_tutorials_file_describes_the_robot_of_its_package(tmp_path):
+    _, _, page = (DOCS / "tutorials" / "robot.md").read_text().partition("## Without a package")
     template = bundled_root("templates") / "robot" / "bt_manip_gear"
     shutil.copy(template / "gear.xml", tmp_path)
-    (code,) = re.findall(r"```toml\n(.*?)```", robot_page, re.DOTALL)
+    (code,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     (tmp_path / "gear.toml").write_text(code)
     described = runpy.run_path(str(template / "gear.py"))["gear"]()
     parameters = {key: v for key, v in described.gripper.parameters.items() if key != "travel"}

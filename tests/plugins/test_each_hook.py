@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
 from bt_manip.planning import PlanningProblem
@@ -18,6 +16,7 @@ from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
 from bt_manip.spatial import pose
 from bt_manip_contracts.contract_list import checks_of
+from tests.support.program import bt_manip as bt_manip
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
 WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
@@ -43,29 +42,33 @@ def example(tmp_path):
 
 
 @pytest.fixture
-def parts_of(example):
+def plugins_of(example):
     def load(hook: str):
         choice = PluginSelection(folders=(example(hook),))
-        return load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
+        return load_plugins(entry_points=(), warn=pytest.fail, choice=choice)
 
     return load
 
 
 @pytest.fixture
-def run(example, tmp_path, capfd):
+def parts_of(plugins_of):
+    return lambda hook: plugins_of(hook).parts
+
+
+@pytest.fixture
+def run(bt_manip, example, tmp_path):
     """Run a tree with the example of a hook's page; give what was printed."""
 
-    def bt_manip(hook: str, *options: object, tree="", body='<Sleep msec="30"/>', extra="") -> str:
+    def run(hook: str, *options: object, tree="", body='<Sleep msec="30"/>', extra="") -> str:
         if not tree:
             tree = tmp_path / "task.xml"
             tree.write_text(WAIT.format(body))
-        arguments = ["run", tree, "--plugins-dir", example(hook, extra), *options]
-        code = run_app(Interrupt(), [str(argument) for argument in arguments])
-        out, err = capfd.readouterr()
+        folder = example(hook, extra)
+        code, out, err = bt_manip("run", tree, "--plugins-dir", folder, *options)
         assert (code, err) == (0, "")
         return out
 
-    return bt_manip
+    return run
 
 
 def test_register_objects_makes_things_that_can_stand_in_a_cell(parts_of):
@@ -120,12 +123,10 @@ def test_register_behaviours_makes_nodes_of_trees(run):
     assert "SUCCESS" in run("register_behaviours", body=wait)
 
 
-def test_register_trees_makes_trees_by_name_with_their_surroundings(run, example, tmp_path):
+def test_register_trees_makes_trees_by_name_with_their_surroundings(run, parts_of):
     assert "SUCCESS" in run("register_trees", tree="clap")
-    choice = PluginSelection(folders=(example("register_trees"),))
-    parts = load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
-    assert parts.tree_defaults["clap"].controller == "gravity_compensated_pd"
-    assert parts.tree_defaults["clap"].scene is None
+    clap = parts_of("register_trees").tree_defaults["clap"]
+    assert (clap.controller, clap.scene) == ("gravity_compensated_pd", None)
 
 
 def test_register_scenes_makes_what_stands_in_the_cell(run, parts_of):
@@ -180,15 +181,15 @@ def test_a_suffix_or_root_element_belongs_to_one_format(example, clash, taken):
     assert "ball" not in plugins.parts.model_formats
 
 
-def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
+def test_register_model_caches_lists_fetches_and_deletes_models(bt_manip, example):
     folder = example("register_model_caches")
     (folder / "shelf").mkdir()
     mug = folder / "shelf" / "mug.xml"
     mug.touch()
 
     def models(*arguments: str) -> str:
-        run_app(Interrupt(), ["models", *arguments, "--plugins-dir", str(folder)])
-        return "".join(capfd.readouterr())
+        _, out, err = bt_manip("models", *arguments, "--plugins-dir", folder)
+        return out + err
 
     assert models("list", "shelf") == "shelf:mug\n"
     assert "shelf:mug" in models("list").splitlines()
@@ -204,11 +205,11 @@ def test_register_dialects_reads_trees_of_others(run, tmp_path):
         run("register_dialects", "--dialect", "btcpp", body="<Chain/>")
 
 
-def test_register_conversions_writes_trees_in_another_language(example, tmp_path, capfd):
+def test_register_conversions_writes_trees_in_another_language(bt_manip, example, tmp_path):
     (tmp_path / "task.xml").write_text(WAIT.format('<Sleep msec="30"/>'))
-    options = ["--to", "outline", "--plugins-dir", str(example("register_conversions"))]
-    assert run_app(Interrupt(), ["tree", "convert", str(tmp_path / "task.xml"), *options]) == 0
-    assert capfd.readouterr().out == "Main: Sleep\n"
+    options = "--to", "outline", "--plugins-dir", example("register_conversions")
+    converted = bt_manip("tree", "convert", tmp_path / "task.xml", *options)
+    assert converted == (0, "Main: Sleep\n", "")
 
 
 def test_register_backends_makes_robots_that_can_be_chosen(parts_of):
@@ -238,25 +239,22 @@ def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     assert (heights > 1.0).all()
 
 
-def test_register_views_opens_views_by_options(run, example, capfd):
+def test_register_views_opens_views_by_options(bt_manip, run, example):
     assert "The tool is 1." not in run("register_views")
     shown = run("register_views", "--height", "--height-digits", "2", "--real-time", "0")
     assert re.search(r"The tool is 1\.\d\d m high\.", shown)
-    folder = str(example("register_views"))
-    assert run_app(Interrupt(), ["run", "--plugins-dir", folder, "--help"]) == 0
-    shown = " ".join(capfd.readouterr().out.split())
+    folder = example("register_views")
+    shown = " ".join(bt_manip("run", "--plugins-dir", folder, "--help").out.split())
     assert "--height Print the height of the tool after each cycle." in shown
-    wrong = ["run", "pick_place", "--plugins-dir", folder, "--height-digits", "13"]
-    assert run_app(Interrupt(), wrong) == 2
-    assert "must be a whole number from 1 to 12, got '13'" in capfd.readouterr().err
+    wrong = "--plugins-dir", folder, "--height-digits", 13
+    code, _, err = bt_manip("run", "pick_place", *wrong)
+    assert code == 2 and "must be a whole number from 1 to 12, got '13'" in err
 
 
-def test_register_commands_adds_a_command(example, capfd):
-    folder = str(example("register_commands"))
-    assert run_app(Interrupt(), ["--plugins-dir", folder, "payload", "0.5"]) == 0
-    assert capfd.readouterr().out == "1 kg\n"
-    assert run_app(Interrupt(), ["--plugins-dir", folder, "--help"]) == 0
-    assert "Print the payload to declare" in capfd.readouterr().out
+def test_register_commands_adds_a_command(bt_manip, example):
+    folder = example("register_commands")
+    assert bt_manip("--plugins-dir", folder, "payload", "0.5") == (0, "1 kg\n", "")
+    assert "Print the payload to declare" in bt_manip("--plugins-dir", folder, "--help").out
 
 
 def test_register_modifiers_changes_a_run(run):
@@ -277,19 +275,18 @@ def half(make_worker, address, workers, made=half):
 """
 
 
-def test_register_pools_chooses_where_episodes_run(example, tmp_path, capfd):
+def test_register_pools_chooses_where_episodes_run(bt_manip, example, tmp_path):
     tree = tmp_path / "task.xml"
     tree.write_text(WAIT.format('<Sleep msec="30"/>'))
-    folder = str(example("register_pools", COUNTED))
-    words = ["evaluate", str(tree), "--episodes", "2", "--workers", "1", "--plugins-dir", folder]
-    assert run_app(Interrupt(), [*words, "--half"]) == 0
-    out = capfd.readouterr().out
+    folder = example("register_pools", COUNTED)
+    words = "--episodes", 2, "--workers", 1, "--plugins-dir", folder, "--half"
+    code, out, _ = bt_manip("evaluate", tree, *words)
+    assert code == 0
     assert "address local, 1 worker" in out and "2 of 2 episodes succeeded" in out
 
 
-def test_register_contracts_adds_checks_of_all_plugins(example):
-    choice = PluginSelection(folders=(example("register_contracts"),))
-    plugins = load_plugins(entry_points=(), warn=pytest.fail, choice=choice)
+def test_register_contracts_adds_checks_of_all_plugins(plugins_of):
+    plugins = plugins_of("register_contracts")
     nothing = {"examples": {}, "parameters": {}, "settings": {}}
     checks = {one.id: one for one in checks_of(plugins, "builtin", **nothing)}
     checks["tree pick_place: has a goal"].run(None)

@@ -4,7 +4,7 @@ import pytest
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import PluginWarning, load_plugins
-from bt_manip.registry import PartFault
+from bt_manip.registry import PartFault, Registry, UnknownPartError
 
 GOOD = """
     @hookimpl
@@ -27,6 +27,16 @@ def test_a_plugin_brings_parts_that_know_where_they_are_from(plugin, load):
     assert toys.provides == {"objects": ("ball",), "controllers": ("soft",)}
     assert toys.problem == ""
     assert toys.source.endswith(".py")
+
+
+def test_a_registry_hands_out_copies_and_offers_the_nearest_name():
+    registry: Registry[dict] = Registry("robot")
+    registry.add("panda", {"home": [0.0]}, "builtin")
+    registry.get("panda")["home"].append(1.0)
+    assert registry.get("panda") == {"home": [0.0]}
+    with pytest.raises(UnknownPartError, match="unknown robot 'pand'; did you mean 'pa") as caught:
+        registry.get("pand")
+    assert caught.value.known == ("panda",)
 
 
 def hook(signature: str, *body: str) -> str:

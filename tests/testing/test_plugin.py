@@ -1,13 +1,12 @@
 """What somebody's own test session gets from bt-manip being installed."""
 
-import subprocess
-import sys
 import textwrap
 
 import pytest
 
 import bt_manip.plugins
 import bt_manip.testing.tree_reading  # noqa: F401  what the inner sessions import goes with them
+from tests.support.program import run_python
 
 pytest_plugins = ("pytester",)
 
@@ -41,10 +40,9 @@ def test_a_session_that_asks_for_nothing_loads_nothing_heavy(tmp_path):
     (tmp_path / "test_it.py").write_text(
         f"import sys\ndef test_it():\n    assert not {set(HEAVY)!r} & set(sys.modules)\n"
     )
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
-    plain = ["-p", "no:hypothesispytest", "-p", "no:anyio"]  # what others load is their affair
-    done = subprocess.run([*command, *plain], capture_output=True, text=True, cwd=tmp_path)
-    assert "1 passed" in done.stdout, done.stdout
+    plain = "-p", "no:hypothesispytest", "-p", "no:anyio"  # what others load is their affair
+    words = "-m", "pytest", "-q", "-p", "no:cacheprovider", tmp_path, *plain
+    assert "1 passed" in run_python(*words, cwd=tmp_path)
 
 
 def test_the_plugin_is_there_without_being_asked_for(pytester):

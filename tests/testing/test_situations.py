@@ -55,14 +55,6 @@ def test_a_situation_is_simulated_once(build_station):
     assert len(made) == 1
 
 
-def test_a_situation_may_come_after_another(build_station):
-    situations = built_in_situations(build_station)
-    situations.add("home", lambda s: play(s, MoveHome()), after="holding a cube over the table")
-    station = situations.reset("home")
-    assert station.gripper.held == ("cube",)
-    assert station.robot.q == pytest.approx(station.robot.description.home, abs=2e-3)
-
-
 def test_names_that_are_taken_or_unknown_are_refused(build_station):
     situations = Situations(build_station)
     situations.add("a", print, after=None)

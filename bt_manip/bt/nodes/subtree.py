@@ -58,7 +58,7 @@ class SubTree(Decorator):
         for key, value in {**(remap or {}), **remaps}.items():
             if key in RESERVED or not key[:1].isalpha():
                 raise PortError(f"sub-tree {self.name}: '{key}' cannot be remapped")
-            self.remaps[key] = _text(value)
+            self.remaps[key] = str(int(value)) if isinstance(value, bool) else str(value)
 
     def make_scope(self, outer: Blackboard) -> Blackboard:
         """Make the inner scope, with its remaps and constants."""
@@ -80,9 +80,3 @@ class SubTree(Decorator):
         if state is SUCCESS or state is FAILURE:
             self._reset_child()
         return state
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "1" if value else "0"
-    return value if isinstance(value, str) else str(value)

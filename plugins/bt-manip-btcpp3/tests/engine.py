@@ -6,11 +6,7 @@ import json
 from pathlib import Path
 
 from bt_manip.bt import (
-    Action,
-    BehaviourRegistry,
-    Condition,
     Input,
-    NodeStatus,
     Output,
     Problems,
     Status,
@@ -21,27 +17,15 @@ from bt_manip.bt import (
 )
 from bt_manip.exceptions import NodeError, PortError
 from bt_manip_btcpp3 import BTCPP3
+from tests.support.corpus_leaves import corpus_registry
 
 TRACES = Path(__file__).with_name("traces.jsonl.gz")
-STATUSES = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING}
 
 
 def cases():
     """Give the recorded trees: seed, xml, the tick before which it was halted, and its trace."""
     with gzip.open(TRACES, "rt") as lines:
         return [json.loads(line) for line in lines]
-
-
-class _Cursor:
-    _next = 0
-
-    def _walk(self, event):
-        letters = self.outcomes.split(",")
-        cycles = self.mode == "cycle"
-        letter = letters[self._next % len(letters) if cycles else min(self._next, len(letters) - 1)]
-        self._next += 1
-        self.log.append(f"{self.name}{event}{letter}")
-        return STATUSES[letter]
 
 
 def text_of(leaf, port):
@@ -54,36 +38,14 @@ def text_of(leaf, port):
 
 @functools.cache
 def leaves():
-    """Give a registry with the leaves, and the list that they write to; it is made once."""
+    """Give a registry with the leaves, and the list of their events; it is made once."""
     log = []
-
-    class Scripted(_Cursor, Action):
-        outcomes, mode = Input(str), Input(str, default="hold")
-
-        def update(self):
-            return self._walk("r" if self.engine_status is NodeStatus.RUNNING else "s")
-
-        def terminate(self, new_status):
-            if new_status is Status.INVALID and self.engine_status is NodeStatus.RUNNING:
-                self.log.append(f"{self.name}h")
-
-    class SyncScripted(_Cursor, SyncAction):
-        outcomes, mode = Input(str), Input(str, default="hold")
-
-        def update(self):
-            return self._walk("t")
-
-    class ScriptedCondition(_Cursor, Condition):
-        outcomes, mode = Input(str), Input(str, default="hold")
-
-        def update(self):
-            return self._walk("t")
 
     class Say(SyncAction):
         msg = Input(str)
 
         def update(self):
-            self.log.append(f"{self.name}m{text_of(self, 'msg')}")
+            log.append({"node": self.name, "ev": "m", "outcome": text_of(self, "msg")})
             return Status.SUCCESS
 
     class Put(SyncAction):
@@ -91,15 +53,19 @@ def leaves():
 
         def update(self):
             self.write_port("out", text_of(self, "value"))
-            self.log.append(f"{self.name}w1")
+            log.append({"node": self.name, "ev": "w", "outcome": 1})
             return Status.SUCCESS
 
-    registry = BehaviourRegistry()
+    registry = corpus_registry(log)
     registry.register_dialect(BTCPP3)
-    for cls in (Scripted, SyncScripted, ScriptedCondition, Say, Put):
-        cls.log = log
+    for cls in (Say, Put):
         registry.register(cls)
     return registry, log
+
+
+def short(event):
+    """Give an event as the traces have it: the name, the first letter of its kind, its outcome."""
+    return f"{event['node']}{event['ev'][0]}{event.get('outcome', '')}"
 
 
 def run(xml, ticks, halt=0, *, dialect="btcpp-3", whole=False):
@@ -125,7 +91,7 @@ def run(xml, ticks, halt=0, *, dialect="btcpp-3", whole=False):
                 root = (tree.tick() if whole else tree.tick_exactly_once()).name[0]
         except NodeError:
             root = "X"
-        trace.append(" ".join([root, *log]))
+        trace.append(" ".join([root, *map(short, log)]))
         if root == "X":
             break
     return trace

@@ -1,8 +1,8 @@
 """Ten broken trees, repaired by a client that applies suggestions of findings and knows no more."""
 
-import re
-
 import pytest
+
+from tests.support.findings import applied
 
 GOOD = """\
 <root BTCPP_format="4" main_tree_to_execute="Main">
@@ -39,16 +39,6 @@ BROKEN = {
     "an endless loop": (OPEN, ENDLESS + OPEN),
     "read before written": (f"{SPAWN}      {OPEN}\n{HOVER}", f"      {OPEN}\n{HOVER}{SPAWN}"),
 }
-
-
-def applied(text, finding):
-    """Apply the suggestion of a finding as the documentation says."""
-    lines, edit = text.splitlines(keepends=True), finding["suggestion"]
-    at = finding | edit
-    start = sum(map(len, lines[: at["line"] - 1])) + at["column"] - 1
-    place = re.compile(rf"(?<!\w){re.escape(edit['replace'])}(?!\w)").search(text, start)
-    assert place is not None
-    return text[: place.start()] + edit["with"] + text[place.end() :]
 
 
 async def _repair(server, text):

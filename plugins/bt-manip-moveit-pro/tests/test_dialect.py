@@ -1,4 +1,4 @@
-"""The dialect of MoveIt Pro's objectives."""
+"""The dialect of MoveIt Pro's objectives, and its decorators."""
 
 import pytest
 
@@ -48,3 +48,28 @@ def test_the_engine_refuses_spaces_in_a_name_which_alone_are_no_trait_of_theirs(
 ):
     with pytest.raises(TreeError, match="the tree name '.*' contains"):
         parse_tree(text, registry, dialect=dialect)
+
+
+@pytest.mark.parametrize(
+    ("node", "child", "statuses"),
+    [
+        ('RepeatUnlessFailureEachTick num_cycles="3"', '<Script code="n := 1"/>', "RRS"),
+        ("RepeatUnlessFailureEachTick", "<AlwaysSuccess/>", "R" * 50),  # never ends
+        ('RepeatUnlessFailureEachTick num_cycles="3"', "<AlwaysFailure/>", "F"),
+        ('RepeatUnlessFailureWithinTick num_cycles="3"', "<AlwaysFailure/>", "F"),
+        ('ForEachUntilSuccess vector_in="4;5"', "<AlwaysFailure/>", "RF"),
+        ('ForEachUntilSuccess vector_in=""', "<AlwaysSuccess/>", "F"),
+        (
+            'ForEachUntilSuccess vector_in="4;5;6" index="{i}"',
+            '<ScriptCondition code="i == 1"/>',
+            "RS",
+        ),
+    ],
+)
+def test_decorators_tick_their_child_once_a_tick_until_they_complete(
+    registry, node, child, statuses
+):
+    body = f"<{node}>{child}</{node.split()[0]}>"
+    text = f'<root><BehaviorTree ID="Main">{body}</BehaviorTree></root>'
+    tree = parse_tree(text, registry, dialect="auto")
+    assert "".join(tree.tick().name[0] for _ in statuses) == statuses

@@ -103,8 +103,9 @@ def _real(text: str) -> float | None:
 def _switch(count: int) -> type[Switch]:
     names = tuple(f"case_{index + 1}" for index in range(count))
     ports: dict[str, Port] = {name: Input(STRING, doc="value of this case") for name in names}
+    table = (Switch.__doc__ or "").partition("\n\n")[2]
     body = {
-        "__doc__": f"A Switch with {count} cases.\n\n{_table()}",
+        "__doc__": f"A Switch with {count} cases.\n\n{table}",
         "__module__": __name__,
         "cases": names,
         "least_children": count + 1,
@@ -112,10 +113,6 @@ def _switch(count: int) -> type[Switch]:
         **ports,
     }
     return type(f"Switch{count}", (Switch,), body)
-
-
-def _table() -> str:
-    return (Switch.__doc__ or "").partition("\n\n")[2]
 
 
 Switch2 = _switch(2)
