@@ -80,24 +80,6 @@ def test_straight_approach_is_possible_from_a_pose_with_approach(arm, watch):
     watch.check()
 
 
-def test_linear_motion_keeps_the_tool_on_its_line(arm, watch):
-    arm.move_to_pose(down(0.4, 0.1, 0.4))
-    watch.run()
-    start, end = arm.model.pose(arm.q), down(0.5, -0.1, 0.15, 0.4)
-    watch.rows = [watch.now()]
-    arm.move_linear(end)
-    watch.run()
-    watch.check()
-    along = end.translation - start.translation
-    turn = pin.log3(start.rotation.T @ end.rotation)
-    for q, *_ in watch.rows:
-        T = arm.model.pose(q)
-        done = (T.translation - start.translation) @ along / (along @ along)
-        on_line = pin.SE3(start.rotation @ pin.exp3(done * turn), start.translation + done * along)
-        assert np.abs(pin.log6(on_line.actInv(T)).np).max() < 1e-4
-    assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
-
-
 def test_motion_with_a_payload_beyond_the_effort_limits_is_refused(arm):
     arm.payload = Payload(40.0)
     with pytest.raises(MotionError, match="joint") as raised:

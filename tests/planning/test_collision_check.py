@@ -5,19 +5,13 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.arm import Arm
 from bt_manip.collision import PATH_STEP
 from bt_manip.exceptions import MotionError
 from bt_manip.planning import ArcTo, LineTo, check_tool_path, follow_tool_path, tool_paths
 from bt_manip.planning.collision_check import sample_path
 from bt_manip.planning.tool_path_following import QUICK_REFINEMENTS
 
-
-@pytest.fixture
-def arm(walled) -> Arm:
-    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
-    arm.reset(walled.ik.solve(walled.left, arm.model.home).q)
-    return arm
+from .test_collision_free_motion import arm as arm
 
 
 @pytest.mark.parametrize(
@@ -46,8 +40,7 @@ def test_a_goal_in_collision_is_refused_by_name_and_nothing_moves(walled, arm):
     assert arm.get_state() == before
 
 
-def test_a_blocked_tool_path_is_refused_with_its_free_share(walled):
-    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
+def test_a_blocked_tool_path_is_refused_with_its_free_share(walled, arm):
     arm.reset(arm.ik.nearest(walled.left, arm.model.home).q)
     aside = pin.SE3(walled.left.rotation, np.array([0.4, 0.25, 0.2]))
     through = pin.SE3(walled.left.rotation, np.array([0.4, -0.25, 0.2]))
