@@ -11,6 +11,7 @@ from bt_manip.behaviours import CloseGripper
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.grippers import TwoFingerGripper
+from bt_manip.testing import Trial
 from bt_manip_impedance import Drawer, IsOpen, PullOpen, ReachHandle
 
 TURN = spatial.pose((0.0, 0.0, 0.0), (math.cos(0.2), 0.0, 0.0, math.sin(0.2)))
@@ -89,8 +90,7 @@ def test_a_drawer_is_open_after_it_has_been_pulled(at_the_handle):
 def test_a_drawer_that_is_stuck_is_not_pulled_with_more_than_the_allowed_force(at_the_handle):
     station = at_the_handle(resistance=200.0)
     behaviour = PullOpen("pull", object="drawer", max_force=20.0)
-    assert station.run(behaviour).status is NodeStatus.FAILURE
-    assert "at most 20 N are allowed" in behaviour.feedback_message
+    assert Trial(station, behaviour).fails_with("at most 20 N are allowed")
     assert station.cell.find("drawer").opening < 0.01
 
 
@@ -123,16 +123,15 @@ def test_the_tool_goes_3_cm_farther_than_asked_and_a_drawer_is_open_5_mm_beyond_
 
 
 def test_a_handle_that_is_not_held_is_not_pulled_and_no_drawer_beyond_its_travel(at_the_handle):
-    station, behaviour = at_the_handle(held=False), PullOpen("pull", object="drawer")
-    assert station.run(behaviour).status is NodeStatus.FAILURE
-    is_open = IsOpen("open", object="drawer")
-    assert station.run(is_open).status is NodeStatus.FAILURE
+    station, is_open = at_the_handle(held=False), IsOpen("open", object="drawer")
+    assert Trial(station, is_open).fails_with("'drawer' is 0 mm open")
     assert 0.0 < is_open.progress() < 0.2
-    assert behaviour.feedback_message == "the gripper does not hold 'drawer'"
-    for opening, reason in ((0.1949, "does not hold"), (0.1951, "'drawer' opens by 0.2 m at most")):
+    for opening, reason in (
+        (0.1949, "the gripper does not hold 'drawer'"),
+        (0.1951, "'drawer' opens by 0.2 m at most"),
+    ):
         behaviour = PullOpen("pull", object="drawer", opening=opening)
-        assert station.run(behaviour).status is NodeStatus.FAILURE
-        assert reason in behaviour.feedback_message
+        assert Trial(station, behaviour).fails_with(reason)
 
 
 def test_progress_is_that_of_the_nearest_tool_of_the_grip_and_of_the_drawer():
