@@ -105,17 +105,6 @@ def test_an_unknown_model_is_found_before_anything_runs(trial):
         trial(SpawnObject(model="cubs", object="{o}"))
 
 
-def test_remove_waits_until_the_object_rests(station, trial):
-    station.cell.data.qvel[-6:-3] = [0.3, 0.0, 0.0]  # the cube's linear velocity
-    removing = trial(RemoveObject(object="cube"))
-    assert removing.tick() is RUNNING
-    assert "mm/s" in removing.behaviour.feedback_message
-    while removing.tick() is RUNNING:
-        assert "cube" in station.cell.objects
-    assert removing.behaviour.status.name == "SUCCESS"
-    assert "cube" not in station.cell.objects
-
-
 def test_an_object_that_does_not_come_to_rest_in_time_fails_and_is_removed(rising, trial):
     waiting = trial(WaitUntilAtRest(object="cube", patience=0.2))
     assert waiting.fails_with("still after 0.2 s")

@@ -31,6 +31,8 @@ def test_a_plan_holds_until_the_object_or_the_arm_has_moved_or_something_is_in_t
     cell, arm, name = station.cell, station.arm, "cube"
     planner = GraspPlanner(cell, arm)
     plan = planner.plan(name, [0.1], cell.pose(name).translation)
+    assert planner.checked.object == name
+    assert planner.checked.closing == pytest.approx([0.0, 1.0, 0.0])
     assert planner.planned(name) is None
     arm.reset(plan.q_pregrasp)
     assert planner.planned(name) is plan

@@ -73,20 +73,6 @@ def test_the_gripper_moves_over_the_handle_of_a_turned_drawer_and_then_down(
     assert down.rotation[:, 0] @ station.robot.tool_pose.rotation[:, 0] > 0.0  # the nearer one
 
 
-def test_a_drawer_is_open_after_it_has_been_pulled(at_the_handle):
-    station = at_the_handle()
-    is_open = IsOpen("open", object="drawer")
-    assert station.run(is_open).status is NodeStatus.FAILURE
-    assert 0.35 < is_open.progress() < 0.45  # the handle is held
-    assert station.run(PullOpen("pull", object="drawer")).status is NodeStatus.SUCCESS
-    station.cell.step(300)
-    assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.SUCCESS
-    assert 0.155 <= station.cell.find("drawer").opening < 0.17
-    station.cell.data.joint("drawer/slide").qvel = -0.1
-    assert is_open.why_not() == "'drawer' moves at -100 mm/s"
-    assert station.controllers.active == "computed_torque"
-
-
 def test_a_drawer_that_is_stuck_is_not_pulled_with_more_than_the_allowed_force(at_the_handle):
     station = at_the_handle(resistance=200.0)
     behaviour = PullOpen("pull", object="drawer", max_force=20.0)
