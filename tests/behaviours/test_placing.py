@@ -15,7 +15,6 @@ from bt_manip.behaviours import (
     PlaceOn,
     Reach,
     centre_pose,
-    extent,
     top_grasp_poses,
     yaw_of,
 )
@@ -219,16 +218,3 @@ def test_reaching_for_an_enclosed_cube_fails_with_the_name_of_an_obstacle(statio
     _, largest = with_clearance(grips, GripperClearance(station.cell, station.robot, ["cube"]))
     assert largest.distance < 0.0
     assert trial(Reach(object="cube")).fails_with("leaves the gripper no clearance at 'cube'")
-
-
-def test_the_extent_of_a_turned_cube_is_that_of_its_corners(station):
-    station.cell.add(
-        Cube(), spatial.pose((0.4, -0.2, 1.1), (np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8))),
-        name="turned",
-    )  # fmt: skip
-    lower, upper = extent(station.cell, "turned")
-    half = 0.025 * np.sqrt(2)
-    assert lower == pytest.approx([0.4 - half, -0.2 - half, 1.075], abs=1e-6)
-    assert upper == pytest.approx([0.4 + half, -0.2 + half, 1.125], abs=1e-6)
-    with pytest.raises(CellError, match="no 'ball'"):
-        extent(station.cell, "ball")
