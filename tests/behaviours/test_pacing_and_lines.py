@@ -100,13 +100,15 @@ def test_set_speed_slows_a_running_motion_and_pauses_it_at_zero(station, trial):
     moving = trial(MoveToConfiguration(configuration=LEFT))
     for _ in range(20):
         assert moving.tick() is RUNNING
-    assert trial(SetSpeed(speed=0.0)).tick() is SUCCESS
+    assert trial(SetSpeed(speed=0.0, tool_speed=0.1)).tick() is SUCCESS
+    assert station.arm.tool_speed == 0.1
     for _ in range(60):
         assert moving.tick() is RUNNING
     assert moving.behaviour.feedback_message == "paused"
     assert not station.arm.v.any()
     assert trial(SetSpeed(speed=1.5)).fails_with("must be a number from 0 to 1, got 1.5")
-    assert trial(SetSpeed(speed=1.0)).tick() is SUCCESS
+    assert trial(SetSpeed()).tick() is SUCCESS
+    assert station.arm.tool_speed == np.inf
     assert moving.until_done() is SUCCESS
     assert station.robot.q == pytest.approx(LEFT, abs=2e-3)
 
