@@ -124,19 +124,14 @@ def test_stop_runs_until_the_arm_rests(station, trial):
     assert trial(Stop()).tick() is SUCCESS
 
 
-def push_the_cube(station, velocity):
-    joint = station.cell.model.joint("cube/")
-    station.cell.data.qpos[joint.qposadr[0] + 2] += 0.02  # off the table
-    station.cell.data.qvel[joint.dofadr[0] : joint.dofadr[0] + 3] = velocity
-    body = station.cell.body_id("cube")
-    weight = station.cell.model.body_subtreemass[body] * 9.81
-    station.cell.data.xfrc_applied[body][:3] = [0.0, 0.0, weight]
-    mujoco.mj_forward(station.cell.model, station.cell.data)
-
-
 def test_follow_target_stays_over_what_moves(station, trial):
     following = trial(FollowTarget(object="cube", height=0.2))
-    push_the_cube(station, [0.0, -0.1, 0.02])
+    cell = station.cell
+    joint, body = cell.model.joint("cube/"), cell.body_id("cube")
+    cell.data.qpos[joint.qposadr[0] + 2] += 0.02  # off the table, without weight
+    cell.data.qvel[joint.dofadr[0] : joint.dofadr[0] + 3] = [0.0, -0.1, 0.02]
+    cell.data.xfrc_applied[body][2] = 9.81 * cell.model.body_subtreemass[body]
+    mujoco.mj_forward(cell.model, cell.data)
     worst = 0.0
     for tick in range(200):
         assert following.tick() is RUNNING
