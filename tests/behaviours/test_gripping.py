@@ -8,15 +8,7 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import (
-    CloseGripper,
-    Drop,
-    Grasp,
-    IsHolding,
-    Lift,
-    OpenGripper,
-    payload_of,
-)
+from bt_manip.behaviours import CloseGripper, Drop, Grasp, IsHolding, Lift, OpenGripper, payload_of
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import Cell, is_in
 from bt_manip.cell.objects import ModelObject

@@ -159,11 +159,7 @@ UP, BELOW = "0.4;0;1.3;0;1;0;0", "0.4;0;0.95;0;1;0;0"
 @pytest.mark.parametrize(
     ("behaviour", "ports", "message"),
     [
-        (
-            MoveToConfiguration,
-            {"tolerance": 0.0},
-            "'tolerance' must be a positive number .rad., got",
-        ),
+        (MoveToConfiguration, {"tolerance": 0.0}, "'tolerance' must be a positive number .rad."),
         (MoveToConfiguration, {"wait": np.nan}, f"'wait' {LEAST_0}"),
         (MoveToConfiguration, {"configuration": BEYOND}, "joint 4.*limits"),
         (MoveToConfiguration, {"configuration": [0.0, 0.1]}, "configuration"),

@@ -61,8 +61,7 @@ def test_a_heavy_finger_is_so_slow_that_it_can_stop_within_a_millimetre_and_a_ha
 
 # Below 2 m p viscous friction is added, for two poles at 150 rad/s; above it all is the finger's.
 @pytest.mark.parametrize(
-    ("loss", "damping", "stiffness"),
-    [(30.0, 90.0, 0.3 * 150.0**2), (400.0, 400.0, 200.0 * 150.0)],
+    ("loss", "damping", "stiffness"), [(30.0, 90.0, 0.3 * 150.0**2), (400.0, 400.0, 200.0 * 150.0)]
 )
 def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, damping, stiffness):
     loop = FingerLoop(mass=0.3, loss=loss, moving=16.0)

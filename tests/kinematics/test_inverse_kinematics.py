@@ -9,12 +9,7 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import (
-    IKProblem,
-    InverseKinematics,
-    PoseTarget,
-    PositionTarget,
-)
+from bt_manip.kinematics import IKProblem, InverseKinematics, PoseTarget, PositionTarget
 from bt_manip.robots import Tolerance
 from tests.measuring.kinematics import (
     error_in_mujoco,

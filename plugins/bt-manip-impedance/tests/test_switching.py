@@ -50,9 +50,7 @@ def torque_steps(*switches, moving, force):
 
 @pytest.mark.parametrize("compliant", ["joint_impedance", "cartesian_impedance"])
 @pytest.mark.parametrize(
-    ("moving", "force"),
-    [(False, 30.0), (True, 0.0)],
-    ids=["at rest under 30 N", "at 1 rad/s"],
+    ("moving", "force"), [(False, 30.0), (True, 0.0)], ids=["at rest under 30 N", "at 1 rad/s"]
 )
 def test_a_switch_moves_no_torque_beyond_what_the_reference_asks_for(compliant, moving, force):
     switches = zip(SWITCHES, (compliant, "computed_torque"), strict=True)
