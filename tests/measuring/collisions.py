@@ -20,17 +20,11 @@ _AHEAD = 0.5  # [rad] of the first joint before the wall, when the wall appears
 
 
 class Collision(NamedTuple):
-    """A collision with a wall.
+    """A collision with a wall."""
 
-    Attributes:
-        speed: Speed of the first joint at the first contact [rad/s].
-        forces: Normal force on the wall in each step since the first contact [N].
-        start: Configuration in which the motion began [rad].  # (nq,)
-    """
-
-    speed: float
-    forces: np.ndarray
-    start: np.ndarray
+    speed: float  # [rad/s] of the first joint at the first contact
+    forces: np.ndarray  # [N] normal force on the wall in each step since then
+    start: np.ndarray  # [rad] where the motion began  (nq,)
 
     @property
     def lasting(self) -> float:
