@@ -65,9 +65,7 @@ def test_the_candidates_of_an_object_with_a_joint_follow_the_joint(station):
             block.add("joint", type="slide", axis=[1, 0, 0], name="slide")
             block.add("geom", type="box", size=[0.02, 0.02, 0.03], mass=0.1)
 
-        @property
-        def mjcf_model(self):
-            return self._root
+        mjcf_model = property(lambda self: self._root)
 
     def plan(planner):
         return planner.plan(name, [0.1], cell.pose(name).translation).grasp.T_ot.homogeneous

@@ -33,14 +33,7 @@ class Fixed(composer.Entity):
         self._root = mjcf.RootElement(model=name)
         self._root.worldbody.add("geom", name="geom", type=kind, size=list(size))
 
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The model that composer attaches."""
-        return self._root
-
-
-class Empty(composer.Arena):
-    """An arena with nothing in it."""
+    mjcf_model = property(lambda self: self._root)
 
 
 class Planned(NamedTuple):
@@ -67,7 +60,7 @@ def build(
     control = ComputedTorque(robot)
     gripper = robot.gripper
     robot.attach(control)
-    arena = Empty()
+    arena = composer.Arena()
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)
     with cell.editing():
