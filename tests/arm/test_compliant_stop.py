@@ -37,6 +37,26 @@ def test_arm_that_hit_a_wall_does_not_press_and_drives_home(parts, collided):
     check_drive_home(station, collide(station, 1.5))
 
 
+def test_arm_backs_off_along_the_path_just_travelled(collided):
+    station, _, state = collided
+    station.set_state(state)
+    arm = station.arm
+    travelled, tool = arm.follower.travelled, arm.robot.tool_pose.translation
+
+    def deviation() -> float:
+        return float(np.abs(travelled - arm.robot.q).max(axis=1).min())
+
+    deflected = deviation()
+    arm.back_off(0.1, speed=0.3)
+    while arm.moving:
+        station.cell.step()
+        assert deviation() < deflected + 0.01
+    station.cell.step(200)
+    assert deviation() < 0.02
+    moved = np.linalg.norm(arm.robot.tool_pose.translation - tool)
+    assert not arm.fault and moved == pytest.approx(0.1, abs=0.005)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("configuration", [None, STRETCHED], ids=["home", "stretched"])
 @pytest.mark.parametrize("controller", load_plugins().parts.controllers.names())
