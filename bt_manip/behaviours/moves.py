@@ -11,7 +11,7 @@ import pinocchio as pin
 from bt_manip.bt import DOUBLE_LIST, Input, Traits
 from bt_manip.exceptions import PortError
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
-from bt_manip.planning import ArcTo, LineTo, Planner
+from bt_manip.planning import ArcTo, LineTo, Planner, translate_along_tool_z
 from bt_manip.registry import Registry
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
@@ -100,8 +100,7 @@ class Approach(Move):
             MotionError: If the line cannot be followed or is blocked.
         """
         T_wt = self.arm.model.pose(self.arm.target)
-        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))
-        self.arm.move_linear(T_wt * offset, speed=self.speed)
+        self.arm.move_linear(translate_along_tool_z(T_wt, distance), speed=self.speed)
 
 
 class Retreat(Approach):

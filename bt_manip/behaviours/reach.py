@@ -1,10 +1,10 @@
 """Approach to an object."""
 
-import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input, Traits
 from bt_manip.exceptions import MotionError
+from bt_manip.planning import translate_along_tool_z
 from bt_manip.robots import GraspCandidate
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
@@ -41,7 +41,7 @@ class Reach(MotionBehaviour):
         if self.height is not None:
             centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]
             deeper = -self.height - float(a @ (T_wt.translation - centre))
-            T_wt = T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, deeper]))
+            T_wt = translate_along_tool_z(T_wt, deeper)
         if self.height is not None or self.grasp:  # the nearest grasp has clearance
             self.grasp_planner.check_clearance(self.object, T_wt)
         self.arm.move_linear(T_wt, speed=self.speed)

@@ -50,24 +50,19 @@ class ReleasingBehaviour(MotionBehaviour):
             self.gripper.open()
         if self.gripper.is_free and self.gripper.is_open:
             self.arm.payload = None
-            return self._released_status()
+            for name in self._released:
+                status = self.wait_for_rest(name, self.patience, self._opening)
+                if status is not Status.SUCCESS:
+                    return status
+            for name in self._released:
+                if reason := self.why_not_released(name):
+                    return self.fail(reason)
+            return Status.SUCCESS
         self.feedback_message = f"opening: {self.gripper.status}"
         if self.cell.time - self._opening > self.patience:
             touching = ", ".join(self.gripper.held) or "something"
             return self.fail(f"the gripper still touches {touching} after {self.patience:g} s")
         return Status.RUNNING
-
-    def _released_status(self) -> Status:
-        assert self._opening is not None
-        for name in self._released:
-            status = self.wait_for_rest(name, self.patience, self._opening)
-            if status is not Status.SUCCESS:
-                return status
-        for name in self._released:
-            reason = self.why_not_released(name)
-            if reason:
-                return self.fail(reason)
-        return Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
         """Stop arm and gripper when halted."""

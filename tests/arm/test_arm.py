@@ -42,18 +42,6 @@ def test_motion_between_configurations_is_a_straight_joint_space_segment(arm, wa
         assert np.abs(from_start - np.outer(from_start @ direction, direction)).max() < 1e-12
 
 
-def test_remaining_time_decreases_and_at_half_speed_is_twice_as_long(arm, watch):
-    target = arm.model.home + 0.3
-    arm.move_to_configuration(target)
-    full = arm.remaining
-    assert np.array_equal(arm.target, target)
-    watch.run(100)
-    assert arm.remaining == pytest.approx(full - 0.1)
-    arm.reset()
-    arm.move_to_configuration(target, speed=0.5)
-    assert arm.remaining == pytest.approx(2 * full)
-
-
 def test_no_motion_is_planned_to_the_present_configuration(arm):
     for distance in (0.0, 1e-16, 1e-11):  # [rad]
         arm.move_to_configuration(arm.q + distance)
@@ -90,54 +78,6 @@ def test_straight_approach_is_possible_from_a_pose_with_approach(arm, watch):
         arm.move_linear(T * pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.38])))
         watch.run()
     watch.check()
-
-
-def test_linear_motion_keeps_the_tool_on_its_line(arm, watch):
-    arm.move_to_pose(down(0.4, 0.1, 0.4))
-    watch.run()
-    start, end = arm.model.pose(arm.q), down(0.5, -0.1, 0.15, 0.4)
-    watch.rows = [watch.now()]
-    arm.move_linear(end)
-    watch.run()
-    watch.check()
-    along = end.translation - start.translation
-    turn = pin.log3(start.rotation.T @ end.rotation)
-    for q, *_ in watch.rows:
-        T = arm.model.pose(q)
-        done = (T.translation - start.translation) @ along / (along @ along)
-        on_line = pin.SE3(start.rotation @ pin.exp3(done * turn), start.translation + done * along)
-        assert np.abs(pin.log6(on_line.actInv(T)).np).max() < 1e-4
-    assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
-
-
-def test_stop_is_on_the_path_and_as_short_as_the_limits_allow(arm, watch):
-    start, target = arm.q.copy(), arm.model.home + np.array([1.5, 0, 0, 0, 0, 0, 0])
-    arm.move_to_configuration(target)
-    watch.run(400)
-    v, limits = arm.v[0], arm.model.limits
-    arm.stop()
-    shortest = v / limits.acceleration[0] + limits.acceleration[0] / limits.jerk[0]
-    assert arm.remaining == pytest.approx(shortest, abs=2e-3)
-    watch.run()
-    watch.check()
-    assert np.array_equal(arm.q[1:], start[1:])
-
-
-def test_heavy_payload_slows_motions_and_efforts_stay_within_limits(arm, watch):
-    def swing():
-        arm.reset()
-        watch.rows = [watch.now()]
-        arm.move_to_configuration(arm.model.home + np.array([0, 1.0, 0, 0.8, 0, 0, 0]))
-        duration = arm.remaining
-        watch.run()
-        watch.check()
-        return duration
-
-    light = swing()
-    arm.payload = Payload(6.0, [0.0, 0.0, 0.05], 0.02 * np.eye(3))
-    heavy = swing()
-    assert watch.worst_effort() <= 0.9501
-    assert heavy > 1.02 * light
 
 
 def test_motion_with_a_payload_beyond_the_effort_limits_is_refused(arm):
@@ -281,21 +221,6 @@ def test_servo_passes_targets_on_a_smooth_motion_in_time(arm, watch):
         assert np.abs(arm.q - q).max() < 1e-3
     watch.run()
     watch.check()
-
-
-def test_servo_keeps_all_limits_whatever_is_asked_for(arm, watch, rng):
-    limits = arm.model.limits
-    far = False
-    for i in range(60):
-        towards = limits.upper if far else rng.uniform(limits.lower, limits.upper)
-        far = i % 30 > 18
-        arm.servo(towards, rng.uniform(-9.0, 9.0, 7), 0.05)
-        watch.run(50)
-    arm.stop()
-    watch.run()
-    watch.check()
-    assert watch.worst_effort() <= 1.0
-    assert not arm.v.any()
 
 
 def test_servo_asks_for_velocities_from_which_the_arm_can_brake(arm):

@@ -94,29 +94,6 @@ def test_compliant_arm_is_restored_bit_for_bit_and_moves_again_when_it_rests(par
     assert go_on() == went_on
 
 
-def test_compliant_stop_on_request_lets_the_arm_be_pushed_aside(parts):
-    station = one_arm("computed_torque", parts)
-    arm, cell = station.arm, station.cell
-    push = cell.data.xfrc_applied[cell.body_id("panda/hand")]
-
-    def displacement() -> float:
-        q = arm.robot.q
-        push[1] = 40.0
-        cell.step(500)
-        moved = float(np.abs(arm.robot.q - q).max())
-        push[1] = 0.0
-        cell.step(500)
-        return moved
-
-    cell.step(100)
-    stiff = displacement()
-    arm.stop(compliant=True)
-    cell.step(10)
-    assert arm.compliant and displacement() > 10 * stiff
-    arm.move_to_configuration(arm.q_ref + 0.1)
-    assert not arm.compliant
-
-
 @pytest.mark.parametrize("dt", [1e-3, 4e-3])
 def test_an_arm_that_does_not_come_to_rest_after_a_compliant_stop_is_ready_after_a_second(
     arm, robot, monkeypatch, dt

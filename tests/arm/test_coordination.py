@@ -249,14 +249,6 @@ def test_arm_stops_when_another_one_stops_on_its_path(station, left_leaves, left
     assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) > 0.05
 
 
-def test_arm_continues_when_another_one_stops_elsewhere(station, left, right):
-    left.arm.move_to_pose(spatial.pointing_down((-0.2, 0.2, 1.2)))
-    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
-    station.cell.step(100)
-    left.arm.stop()
-    assert not right.arm.fault and smallest_distance(station) > INTER_ROBOT_CLEARANCE
-
-
 def test_resumed_arm_stops_when_another_one_blocks_its_path_by_now(station, left, right):
     left.arm.move_to_pose(spatial.pointing_down((-0.25, 0.0, 1.2)))
     station.step_until(lambda: not left.arm.moving)

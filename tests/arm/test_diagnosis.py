@@ -20,20 +20,12 @@ THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
 
 @pytest.fixture(scope="module")
 def built(parts):
+    """Give a station whose arm has moved for 250 steps of a motion."""
     station = one_arm("computed_torque", parts)
     station.arm.move_to_configuration(THERE)
     station.cell.step(250)
     assert not station.arm.fault
     return station, station.get_state()
-
-
-@pytest.fixture
-def station(built):
-    """A station whose arm has moved for 250 steps of a motion."""
-    station, state = built
-    station.cell.data.xfrc_applied[:] = 0.0
-    station.set_state(state)
-    return station
 
 
 def fault(station, steps=500):

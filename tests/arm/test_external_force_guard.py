@@ -16,12 +16,9 @@ from bt_manip.arm.external_force_guard import (
     external_load,
     torque_thresholds,
 )
-from bt_manip.cell import Cell
-from bt_manip.collision import CollisionWorld
-from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
-from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, panda, read_description
+from bt_manip.robots import read_description
+from tests.measuring.collisions import one_arm
 from tests.measuring.disturbances import contacts
 from tests.robot_fixtures import Box
 from tests.support.small_arm import write_small_arm
@@ -32,125 +29,104 @@ from .watch import arm_of
 THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
 
 
-class Bench:
-    """The Panda under control in an otherwise empty cell."""
-
-    def __init__(self) -> None:
-        robot = Robot(panda(), gripper=TwoFingerGripper)
-        self.control = control = ComputedTorque(robot)
-        robot.attach(control)
-        self.cell = Cell()
-        self.cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
-        model = robot.make_model()
-        world, guard = CollisionWorld(robot, model), ExternalForceGuard(robot, model)
-        self.arm = control.reference = Arm(robot, model=model, world=world, guard=guard)
-        self.hand = self.cell.body_id("panda/hand")
-        self.rest = self.cell.snapshot(), self.arm.get_state()
-
-    def reset(self) -> "Bench":
-        self.cell.restore(self.rest[0])
-        self.arm.set_state(self.rest[1])
-        self.control.reset()
-        self.arm.robot.mj_data.xfrc_applied[:] = 0.0
-        self.arm.robot.mj_data.qfrc_applied[:] = 0.0
-        return self
-
-    def until_detected(self, steps: int) -> int | None:
-        """Step until the arm reports a fault; return after how many steps."""
-        for step in range(1, steps + 1):
-            self.cell.step()
-            if self.arm.fault:
-                return step
-        return None
-
-
 @pytest.fixture(scope="module")
-def built() -> Bench:
-    return Bench()
+def built(parts):
+    station = one_arm("computed_torque", parts)
+    return station, station.get_state()
 
 
 @pytest.fixture
-def bench(built) -> Bench:
-    return built.reset()
+def force(station) -> np.ndarray:
+    """Give the force on the hand [N], to be set."""
+    return station.cell.data.xfrc_applied[station.cell.body_id("panda/hand")][:3]
+
+
+def until_detected(station, steps: int) -> int | None:
+    """Step until the arm reports a fault; return after how many steps."""
+    for step in range(1, steps + 1):
+        station.cell.step()
+        if station.arm.fault:
+            return step
+    return None
 
 
 @pytest.mark.parametrize(
-    ("force", "lasting", "named"), [(50.0, 20, " at joint "), (1000.0, 1, "an impulse of")]
+    ("size", "lasting", "named"), [(50.0, 20, " at joint "), (1000.0, 1, "an impulse of")]
 )
 def test_a_push_or_an_impact_in_any_direction_is_detected_within_20_milliseconds(
-    bench, rng, force, lasting, named
+    station, rng, force, size, lasting, named
 ):
+    start = station.get_state()
     for _ in range(4):
-        bench.reset()
-        bench.arm.move_to_configuration(THERE)
-        assert bench.until_detected(int(rng.integers(20, 400))) is None
+        station.set_state(start)
+        station.arm.move_to_configuration(THERE)
+        assert until_detected(station, int(rng.integers(20, 400))) is None
         direction = rng.normal(size=3)
-        push = force * direction / np.linalg.norm(direction)
-        bench.cell.data.xfrc_applied[bench.hand][:3] = push
-        detected = bench.until_detected(lasting)
+        force[:] = size * direction / np.linalg.norm(direction)
+        detected = until_detected(station, lasting)
         assert (detected is None) == (lasting == 1)
-        bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
-        assert detected or bench.until_detected(20 - lasting)
-        assert bench.arm.fault.startswith("external force on the arm:")
-        assert named in bench.arm.fault
+        force[:] = 0.0
+        assert detected or until_detected(station, 20 - lasting)
+        assert station.arm.fault.startswith("external force on the arm:")
+        assert named in station.arm.fault
 
 
-def test_arm_stops_on_detection_and_the_next_motion_clears_the_fault(bench):
-    bench.arm.move_to_configuration(THERE)
-    bench.cell.step(150)
-    bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 60.0, 0.0]
-    assert bench.until_detected(20)
-    fault = bench.arm.fault
-    bench.cell.data.xfrc_applied[bench.hand][:3] = [40.0, -120.0, 60.0]
-    bench.cell.step(20)
-    assert bench.arm.moving and bench.arm.fault == fault  # the first one is the reason
-    bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
-    bench.cell.step(400)
-    assert not bench.arm.busy and np.abs(bench.arm.q - THERE).max() > 0.05
-    bench.arm.move_to_configuration(THERE)
-    assert bench.arm.fault == "" and bench.until_detected(1500) is None
-    assert np.array_equal(bench.arm.q, THERE)
+def test_arm_stops_on_detection_and_the_next_motion_clears_the_fault(station, force):
+    station.arm.move_to_configuration(THERE)
+    station.cell.step(150)
+    force[:] = [0.0, 60.0, 0.0]
+    assert until_detected(station, 20)
+    fault = station.arm.fault
+    force[:] = [40.0, -120.0, 60.0]
+    station.cell.step(20)
+    assert station.arm.moving and station.arm.fault == fault  # the first one is the reason
+    force[:] = 0.0
+    station.cell.step(400)
+    assert not station.arm.busy and np.abs(station.arm.q - THERE).max() > 0.05
+    station.arm.move_to_configuration(THERE)
+    assert station.arm.fault == "" and until_detected(station, 1500) is None
+    assert np.array_equal(station.arm.q, THERE)
 
 
-def test_arm_is_undisturbed_at_rest_while_no_force_acts_on_it(bench):
-    arm = bench.arm
-    bench.cell.step(20)
+def test_arm_is_undisturbed_at_rest_while_no_force_acts_on_it(station, force):
+    arm = station.arm
+    station.cell.step(20)
     assert arm.at_rest and arm.undisturbed
     for v in (0.021, -0.021, -0.019, 0.0):  # [rad/s] of a joint
-        bench.cell.data.qvel[bench.cell.model.joint("panda/joint4").dofadr[0]] = v
+        station.cell.data.qvel[station.cell.model.joint("panda/joint4").dofadr[0]] = v
         assert arm.at_rest == arm.undisturbed == (abs(v) < 0.02)
-    bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 40.0, 0.0]
-    bench.cell.step(500)
+    force[:] = [0.0, 40.0, 0.0]
+    station.cell.step(500)
     assert arm.at_rest and not arm.undisturbed
-    bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
-    bench.cell.step(500)
+    force[:] = 0.0
+    station.cell.step(500)
     assert arm.undisturbed
     arm.move_to_configuration(THERE)
-    bench.cell.step(100)
+    station.cell.step(100)
     assert not arm.at_rest and not arm.undisturbed
 
 
-def test_free_motions_cause_no_detection(bench, rng):
-    limits = bench.arm.model.limits
+def test_free_motions_cause_no_detection(station, rng):
+    limits = station.arm.model.limits
     moved = 0
     while moved < 4:
         try:
-            bench.arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
+            station.arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
         except MotionError:  # some are in collision with the floor or the arm itself
             continue
         moved += 1
-        assert bench.until_detected(int(rng.integers(200, 900))) is None, bench.arm.fault
+        assert until_detected(station, int(rng.integers(200, 900))) is None, station.arm.fault
 
 
-def test_sudden_deceleration_of_a_stretched_arm_causes_no_detection(bench):
-    arm = bench.arm
+def test_sudden_deceleration_of_a_stretched_arm_causes_no_detection(station):
+    arm = station.arm
     arm.move_to_configuration(np.array([-0.4, 0.9, 0.0, -1.0, 0.0, 1.8, 0.4]))
-    assert bench.until_detected(2500) is None
+    assert until_detected(station, 2500) is None
     for wait in range(4):  # at which step between two checks the acceleration changes
-        bench.cell.step(2 * wait)
+        station.cell.step(2 * wait)
         for sign in (0.25, -0.25):  # so short that it decelerates right after accelerating
             arm.move_to_configuration(arm.q + sign * np.array([1.0, 0.0, 0.62, 0.0, 0.0, 0.0, 1.2]))
-            assert bench.until_detected(600) is None, arm.fault
+            assert until_detected(station, 600) is None, arm.fault
             assert not arm.moving
 
 
@@ -159,46 +135,46 @@ def test_contacts_are_detected_anywhere_on_the_arm_and_from_any_side():
     assert detected.in_time == 4 and detected.false == 0
 
 
-def test_line_with_intended_contact_continues(bench):
-    tool = bench.arm.model.pose(bench.arm.q)
+def test_line_with_intended_contact_continues(station):
+    tool = station.arm.model.pose(station.arm.q)
     below = tool * spatial.pose((0.0, 0.0, 0.06))
-    bench.cell.add(Box((0.2, 0.2, 0.04)), below, name="block")
+    station.cell.add(Box((0.2, 0.2, 0.04)), below, name="block")
     goal = tool * spatial.pose((0.0, 0.0, 0.0325))  # 2 mm inside
     try:
         with pytest.raises(MotionError, match="blocked .* touch 'block'"):
-            bench.arm.move_linear(goal, speed=0.1)
-        bench.arm.move_linear(goal, speed=0.1, contact=True)
-        assert bench.until_detected(2500) is None
-        assert bench.cell.contacts.touching("panda", "block")
+            station.arm.move_linear(goal, speed=0.1)
+        station.arm.move_linear(goal, speed=0.1, contact=True)
+        assert until_detected(station, 2500) is None
+        assert station.cell.contacts.touching("panda", "block")
     finally:
-        bench.cell.remove("block")
+        station.cell.remove("block")
 
 
-def test_restored_guard_detects_at_the_same_step(bench):
-    bench.arm.move_to_configuration(THERE)
-    bench.cell.step(103)
-    bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 50.0, 0.0]
-    bench.cell.step(6)
-    states = bench.cell.snapshot(), json.loads(json.dumps(bench.arm.get_state()))
-    first = bench.until_detected(30)
-    bench.cell.restore(states[0])
-    bench.arm.set_state(states[1])
-    assert bench.until_detected(30) == first
-    unguarded = Arm(bench.arm.robot, model=bench.arm.model)
+def test_restored_guard_detects_at_the_same_step(station, force):
+    station.arm.move_to_configuration(THERE)
+    station.cell.step(103)
+    force[:] = [0.0, 50.0, 0.0]
+    station.cell.step(6)
+    states = station.cell.snapshot(), json.loads(json.dumps(station.arm.get_state()))
+    first = until_detected(station, 30)
+    station.cell.restore(states[0])
+    station.arm.set_state(states[1])
+    assert until_detected(station, 30) == first
+    unguarded = Arm(station.arm.robot, model=station.arm.model)
     unguarded.set_state(states[1])
     assert unguarded.get_state() == {**states[1], "guard": None}
 
 
-def test_the_load_of_an_arm_that_accelerates_fast_is_exact_up_to_dry_friction(bench, rng):
-    data, arm = bench.cell.data, bench.arm
-    dofs = [bench.cell.model.joint(f"panda/joint{i}").dofadr[0] for i in range(1, 8)]
+def test_the_load_of_an_arm_that_accelerates_fast_is_exact_up_to_dry_friction(station, rng):
+    data, arm, start = station.cell.data, station.arm, station.get_state()
+    dofs = [station.cell.model.joint(f"panda/joint{i}").dofadr[0] for i in range(1, 8)]
     for _ in range(4):
         data.qvel[dofs], torque = rng.uniform(-3.0, 3.0, 7), rng.uniform(-20.0, 20.0, 7)
         data.qfrc_applied[dofs] = torque
-        bench.cell.step(1)
+        station.cell.step(1)
         error = np.abs(external_load(arm.robot, arm.model).values - torque)
         assert (error <= arm.model.friction + 0.1).all() and np.abs(arm.robot.a).max() > 100.0
-        bench.reset()
+        station.set_state(start)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -254,10 +230,10 @@ def test_an_impulse_is_what_neither_motors_nor_lag_explain(impulse, before, now,
 
 
 def test_thresholds_follow_from_effort_limits_and_of_weak_arms_from_the_force_of_handling(
-    bench, tmp_path
+    station, tmp_path
 ):
     weak = arm_of(read_description(write_small_arm(tmp_path, effort=2.5, friction=0.3)))
-    small, panda = weak.model, bench.arm.model
+    small, panda = weak.model, station.arm.model
     assert small.levers[0] == pytest.approx(0.645)
     for model in (small, panda):  # 3 % of the limits, 1.2 N at the tool, and 2.2 times the friction
         expected = np.maximum(0.03 * model.limits.effort, 1.2 * model.levers) + 2.2 * model.friction
@@ -265,16 +241,18 @@ def test_thresholds_follow_from_effort_limits_and_of_weak_arms_from_the_force_of
     assert torque_thresholds(small)[0] > 0.03 * 2.5 + 2.2 * 0.3
 
 
-@pytest.mark.parametrize("force", [(0.0, 0.0, -15.0), (12.0, 9.0, 0.0)])  # [N]
-def test_a_force_at_the_start_is_tolerated_with_its_joint_torques_and_a_margin(bench, force):
-    cell, arm = bench.cell, bench.arm
-    cell.data.xfrc_applied[bench.hand, :3] = force
+@pytest.mark.parametrize("given", [(0.0, 0.0, -15.0), (12.0, 9.0, 0.0)])  # [N]
+def test_a_force_at_the_start_is_tolerated_with_its_joint_torques_and_a_margin(
+    station, force, given
+):
+    cell, arm, hand = station.cell, station.arm, station.cell.body_id("panda/hand")
+    force[:] = given
     cell.step(800)
     model, data = cell.model, cell.data
     jacobian = np.zeros((3, model.nv))
-    mujoco.mj_jac(model, data, jacobian, None, data.xipos[bench.hand], bench.hand)
+    mujoco.mj_jac(model, data, jacobian, None, data.xipos[hand], hand)
     dofs = [model.joint(f"panda/joint{i}").dofadr[0] for i in range(1, 8)]
-    torques = np.abs(jacobian[:, dofs].T @ force)
+    torques = np.abs(jacobian[:, dofs].T @ given)
     assert torques.max() > 3.0
     arm.guard.begin(arm.model, arm.v, arm.a)
     tolerated = np.array(arm.guard.get_state()["tolerated"]) - arm.guard.thresholds

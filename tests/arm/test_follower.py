@@ -10,7 +10,7 @@ from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
 from tests.measuring.stops import distance
 
-from .watch import DT, Watch
+from .watch import Watch
 
 GOAL = np.array([0.9, 0.3, -0.4, -1.9, 0.5, 1.9, -0.3])
 
@@ -57,38 +57,11 @@ def test_a_motion_requested_at_speed_scale_zero_is_paused_replaced_and_discarded
     assert not arm.busy
 
 
-def test_changes_at_random_times_stay_within_limits_and_on_the_path(arm, watch, rng):
-    joints(arm)
-    path = arm.trajectory.sample(np.arange(0.0, arm.remaining, DT))[0]
-    for _ in range(30):
-        watch.run(int(rng.integers(1, 120)))
-        if not arm.busy:
-            break
-        arm.speed_scale = float(rng.choice([0.0, 0.1, 0.4, 0.7, 1.0]))
-    arm.resume()
-    watch.run()
-    watch.check()
-    assert np.array_equal(arm.q, GOAL)
-    assert max(distance(path, q) for q, *_ in watch.rows) < 1e-4
-    assert watch.worst_effort() <= 0.9501
-
-
 @pytest.mark.parametrize("scale", [-0.1, 1.1, np.nan, "0.5", True])
 def test_invalid_speed_scale_is_refused(arm, scale):
     with pytest.raises(MotionError, match="speed scale must be at least 0 and at most 1"):
         arm.speed_scale = scale
     assert arm.speed_scale == 1.0
-
-
-def test_last_of_several_changes_within_milliseconds_is_reached(arm, watch):
-    joints(arm)
-    full = arm.remaining
-    for scale in (0.1, 0.01, 1.0):
-        arm.speed_scale = scale
-        watch.run(5)
-    watch.run(int(1.5 * full / DT))
-    watch.check()
-    assert np.array_equal(arm.q, GOAL) and not arm.busy
 
 
 @pytest.mark.parametrize("steps", [0, 1, 8])

@@ -9,15 +9,12 @@ import pytest
 
 from bt_manip import load_plugins
 from bt_manip.arm import Arm
-from bt_manip.behaviours import SetSpeed
-from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.robots import panda
 from bt_manip.runner import RunObserver, RunRequest, prepare, request_of
 from bt_manip.runner.commanded_robot import chosen_robots, make_robot
 from bt_manip.scenes import Scene, SceneRobot
 from bt_manip.trajectories import time_parameterize_segment
-from tests.measuring.collisions import one_arm
 from tests.measuring.random_arms import random_arm
 from tests.measuring.tool_speeds import STEP, ToolPositions
 
@@ -82,13 +79,6 @@ def test_the_limit_for_lines_does_not_limit_other_motions(goal, tool):
     lines = arm_of(replace(panda(), tool_limits=replace(panda().tool_limits, velocity=LIMIT)))
     lines.move_to_configuration(goal)
     assert tool.speed(advance(lines)) > 2.0 * LIMIT
-
-
-def test_a_motion_is_nearly_as_fast_as_the_limit_allows(arm, goal, tool):
-    arm.move_to_configuration(goal)
-    q = advance(arm)
-    assert np.mean(tool.speeds(q)) > 0.94 * LIMIT
-    np.testing.assert_array_equal(q[-1], goal)
 
 
 def test_it_is_kept_at_a_lower_speed_without_making_it_slower_still(arm, goal, tool):
@@ -180,15 +170,6 @@ def test_it_is_positive_restored_and_reset(arm):
     assert arm.tool_speed == LIMIT
     arm.set_state(state)
     assert arm.tool_speed == 0.1
-
-
-def test_set_speed_sets_it(parts):
-    station = one_arm("computed_torque", parts)
-    arm = station.arm
-    assert station.run(SetSpeed(speed=0.5, tool_speed=0.1)).status is NodeStatus.SUCCESS
-    assert (arm.speed_scale, arm.tool_speed) == (0.5, 0.1)
-    assert station.run(SetSpeed()).status is NodeStatus.SUCCESS
-    assert (arm.speed_scale, arm.tool_speed) == (1.0, inf)
 
 
 @pytest.mark.parametrize(

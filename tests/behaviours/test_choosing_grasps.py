@@ -59,24 +59,6 @@ def test_reach_takes_the_grasp_that_hover_gave_also_at_a_height_over_the_object(
         assert np.abs(error).max() < 5e-3
 
 
-def test_reach_without_a_grasp_goes_straight_on_from_where_hover_ended_and_says_why(station, trial):
-    hovering = trial(Hover(object="cube", height=0.15))
-    hovering.tick_until("SUCCESS")
-    message = hovering.behaviour.feedback_message
-    assert "from above, 50 mm wide" in message
-    assert "rad from the nearest joint limit; " in message
-    assert "s away at full joint speed" in message
-    before = station.robot.tool_pose
-    trial(Reach(object="cube")).tick_until("SUCCESS")
-    moved = before.actInv(station.robot.tool_pose)
-    assert moved.translation == pytest.approx([0.0, 0.0, 0.135], abs=3e-3)
-    assert np.abs(pin.log3(moved.rotation)).max() < 5e-3
-
-
-def test_what_is_no_grasp_fails(station, trial):
-    assert trial(Reach(object="cube", grasp="1;2;3")).fails_with("a grasp is")
-
-
 def test_what_is_too_wide_fails_with_width_and_stroke_and_nothing_moves(cleared, trial):
     put(cleared, Box(size=(0.1, 0.12, 0.09)), 0.4, 0.1)
     q = cleared.arm.q_ref
@@ -131,10 +113,6 @@ def test_a_cube_at_a_wall_is_gripped_by_the_faces_beside_it(station, trial):
 def test_over_what_stands_fixed_the_tool_only_points_down(station, trial):
     trial(Hover(object="basket", height=0.25)).tick_until("SUCCESS")
     assert station.robot.tool_pose.rotation[:, 2] == pytest.approx([0, 0, -1], abs=5e-3)
-
-
-def test_a_thing_in_reach_at_a_height_that_is_not_is_told(station, trial):
-    assert trial(Hover(object="cube", height=2.0)).fails_with("unreachable, though 'cube' is not")
 
 
 def test_an_automatic_height_is_the_first_that_the_arm_reaches(station, trial):

@@ -1,6 +1,7 @@
 """Lines, approaches, following, stopping and changing the pace."""
 
 import re
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -22,6 +23,7 @@ from bt_manip.behaviours import (
     MoveToConfiguration,
     MoveToPose,
     PlaceOn,
+    Reach,
     Retreat,
     SetSpeed,
     Stop,
@@ -46,41 +48,21 @@ def push(station, force):
     station.cell.data.xfrc_applied[hand][:3] = [0.0, force, 0.0]
 
 
-def test_move_through_rounds_its_corners_and_arrives(station, trial):
+@pytest.mark.parametrize(("blend", "nearest"), [(0.05, (0.005, 0.02)), (0.0, (0.0, 1e-3))])
+def test_move_through_comes_to_each_pose_or_rounds_its_corners(station, trial, blend, nearest):
     start = station.robot.tool_pose
     corner = pin.SE3(start.rotation, start.translation + [0.0, 0.15, 0.0])
     end = pin.SE3(start.rotation, start.translation + [0.0, 0.15, -0.15])
     text = "|".join(map(pose_to_text, (corner, end)))
-    moving = trial(MoveThrough(poses=text, blend=0.05))
-    nearest, slowest = np.inf, np.inf
+    moving = trial(MoveThrough(poses=text, blend=blend))
+    away, speeds = [], []
     while moving.tick() is RUNNING:
-        away = offset(station, corner)
-        nearest = min(nearest, away)
-        if away < 0.05:
-            slowest = min(slowest, np.linalg.norm(station.robot.tool_velocity[:3]))
+        away.append(offset(station, corner))
+        if away[-1] < 0.05:
+            speeds.append(np.linalg.norm(station.robot.tool_velocity[:3]))
     assert offset(station, end) < 2e-3
-    assert 0.005 < nearest < 0.02
-    assert slowest > 0.05
-
-
-def test_move_through_without_a_blend_comes_to_each_pose(station, trial):
-    start = station.robot.tool_pose
-    corner = pin.SE3(start.rotation, start.translation + [0.0, 0.1, 0.0])
-    end = pin.SE3(start.rotation, start.translation + [0.0, 0.1, -0.1])
-    moving = trial(MoveThrough(poses=[corner, end], blend=0.0))
-    nearest = np.inf
-    while moving.tick() is RUNNING:
-        nearest = min(nearest, offset(station, corner))
-    assert nearest < 1e-3 and offset(station, end) < 2e-3
-
-
-def test_move_through_fails_with_how_much_of_the_whole_it_could_follow(station, trial):
-    start = station.robot.tool_pose
-    down = pin.SE3(start.rotation, start.translation + [0.0, 0.0, -0.1])
-    far = pin.SE3(start.rotation, start.translation + [1.5, 0.0, -0.1])
-    moving = trial(MoveThrough(poses=[down, far]))
-    assert moving.fails_with("the path can be followed only for", "of 1.600 m")
-    assert not station.arm.moving
+    assert nearest[0] < min(away) < nearest[1]
+    assert (min(speeds) > 0.05) == (blend > 0.0)
 
 
 def test_move_arc_keeps_its_distance_from_the_centre(station, trial):
@@ -118,13 +100,15 @@ def test_set_speed_slows_a_running_motion_and_pauses_it_at_zero(station, trial):
     moving = trial(MoveToConfiguration(configuration=LEFT))
     for _ in range(20):
         assert moving.tick() is RUNNING
-    assert trial(SetSpeed(speed=0.0)).tick() is SUCCESS
+    assert trial(SetSpeed(speed=0.0, tool_speed=0.1)).tick() is SUCCESS
+    assert station.arm.tool_speed == 0.1
     for _ in range(60):
         assert moving.tick() is RUNNING
     assert moving.behaviour.feedback_message == "paused"
     assert not station.arm.v.any()
     assert trial(SetSpeed(speed=1.5)).fails_with("must be a number from 0 to 1, got 1.5")
-    assert trial(SetSpeed(speed=1.0)).tick() is SUCCESS
+    assert trial(SetSpeed()).tick() is SUCCESS
+    assert station.arm.tool_speed == np.inf
     assert moving.until_done() is SUCCESS
     assert station.robot.q == pytest.approx(LEFT, abs=2e-3)
 
@@ -140,19 +124,14 @@ def test_stop_runs_until_the_arm_rests(station, trial):
     assert trial(Stop()).tick() is SUCCESS
 
 
-def push_the_cube(station, velocity):
-    joint = station.cell.model.joint("cube/")
-    station.cell.data.qpos[joint.qposadr[0] + 2] += 0.02  # off the table
-    station.cell.data.qvel[joint.dofadr[0] : joint.dofadr[0] + 3] = velocity
-    body = station.cell.body_id("cube")
-    weight = station.cell.model.body_subtreemass[body] * 9.81
-    station.cell.data.xfrc_applied[body][:3] = [0.0, 0.0, weight]
-    mujoco.mj_forward(station.cell.model, station.cell.data)
-
-
 def test_follow_target_stays_over_what_moves(station, trial):
     following = trial(FollowTarget(object="cube", height=0.2))
-    push_the_cube(station, [0.0, -0.1, 0.02])
+    cell = station.cell
+    joint, body = cell.model.joint("cube/"), cell.body_id("cube")
+    cell.data.qpos[joint.qposadr[0] + 2] += 0.02  # off the table, without weight
+    cell.data.qvel[joint.dofadr[0] : joint.dofadr[0] + 3] = [0.0, -0.1, 0.02]
+    cell.data.xfrc_applied[body][2] = 9.81 * cell.model.body_subtreemass[body]
+    mujoco.mj_forward(cell.model, cell.data)
     worst = 0.0
     for tick in range(200):
         assert following.tick() is RUNNING
@@ -180,11 +159,7 @@ UP, BELOW = "0.4;0;1.3;0;1;0;0", "0.4;0;0.95;0;1;0;0"
 @pytest.mark.parametrize(
     ("behaviour", "ports", "message"),
     [
-        (
-            MoveToConfiguration,
-            {"tolerance": 0.0},
-            "'tolerance' must be a positive number .rad., got",
-        ),
+        (MoveToConfiguration, {"tolerance": 0.0}, "'tolerance' must be a positive number .rad."),
         (MoveToConfiguration, {"wait": np.nan}, f"'wait' {LEAST_0}"),
         (MoveToConfiguration, {"configuration": BEYOND}, "joint 4.*limits"),
         (MoveToConfiguration, {"configuration": [0.0, 0.1]}, "configuration"),
@@ -202,6 +177,8 @@ UP, BELOW = "0.4;0;1.3;0;1;0;0", "0.4;0;0.95;0;1;0;0"
         (Hover, {"object": "cubee"}, "no 'cubee'.*did you mean 'cube'"),
         (Hover, {"object": "cube", "blend_radius": -0.1}, "blend_radius"),
         (Hover, {"object": "cube", "height": -0.1}, f"'height' {LEAST_0}"),
+        (Hover, {"object": "cube", "height": 2.0}, "unreachable, though 'cube' is not"),
+        (Reach, {"object": "cube", "grasp": "1;2;3"}, "a grasp is"),
         (FollowTarget, {"object": "cubee"}, "did you mean 'cube'"),
         (FollowTarget, {"object": "cube", "height": 2.0}, "unreachable"),
         (FollowTarget, {"object": "cube", "duration": -1.0}, f"'duration' {LEAST_0} .*-1"),
@@ -230,8 +207,12 @@ def test_what_cannot_be_is_refused_in_one_line_and_nothing_moves(
     assert station.gripper.width == pytest.approx(width, abs=1e-4)
 
 
-def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, trial):
-    moving = trial(MoveToConfiguration(configuration=LEFT))
+@pytest.mark.parametrize(
+    "behaviour",
+    [partial(MoveToConfiguration, configuration=LEFT), partial(FollowTarget, object="cube")],
+)
+def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, trial, behaviour):
+    moving = trial(behaviour())
     for _ in range(15):
         assert moving.tick() is RUNNING
     push(station, 60.0)
@@ -242,7 +223,7 @@ def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, tri
     assert trial(MoveToConfiguration(configuration=LEFT)).until_done() is SUCCESS
 
 
-def test_waiting_for_an_undisturbed_arm_lasts_as_long_as_the_push(station, trial):
+def test_waiting_for_an_undisturbed_arm_lasts_as_long_as_the_push_or_the_patience(station, trial):
     push(station, 60.0)
     station.cell.step(100)
     waiting = trial(WaitUntilUndisturbed())
@@ -251,28 +232,12 @@ def test_waiting_for_an_undisturbed_arm_lasts_as_long_as_the_push(station, trial
         assert waiting.behaviour.feedback_message in (
             "the arm moves", "an external force acts on the arm",
         )  # fmt: skip
+    patient = trial(WaitUntilUndisturbed(patience=0.3))
+    assert patient.fails_with("external force on the arm", "towards (0, 1, 0)", "still after 0.3 s")
     push(station, 0.0)
     assert waiting.until_done() is SUCCESS
     assert station.arm.undisturbed
     assert trial(WaitUntilUndisturbed()).tick() is SUCCESS
-
-
-def test_waiting_for_an_arm_that_is_pushed_too_long_fails(station, trial):
-    push(station, 60.0)
-    station.cell.step(300)
-    waiting = trial(WaitUntilUndisturbed(patience=0.3))
-    assert waiting.fails_with("external force on the arm", "towards (0, 1, 0)", "still after 0.3 s")
-
-
-def test_pushed_while_it_follows_it_stops_and_fails_with_the_reason(station, trial):
-    following = trial(FollowTarget(object="cube"))
-    for _ in range(15):
-        assert following.tick() is RUNNING
-    push(station, 60.0)
-    assert following.fails_with("external force on the arm", "joint", timeout=0.05)
-    push(station, 0.0)
-    station.cell.step(300)
-    assert not station.arm.busy
 
 
 def test_a_push_is_noticed_however_often_the_arm_is_redirected(station):

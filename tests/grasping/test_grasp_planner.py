@@ -31,6 +31,8 @@ def test_a_plan_holds_until_the_object_or_the_arm_has_moved_or_something_is_in_t
     cell, arm, name = station.cell, station.arm, "cube"
     planner = GraspPlanner(cell, arm)
     plan = planner.plan(name, [0.1], cell.pose(name).translation)
+    assert planner.checked.object == name
+    assert planner.checked.closing == pytest.approx([0.0, 1.0, 0.0])
     assert planner.planned(name) is None
     arm.reset(plan.q_pregrasp)
     assert planner.planned(name) is plan
@@ -63,9 +65,7 @@ def test_the_candidates_of_an_object_with_a_joint_follow_the_joint(station):
             block.add("joint", type="slide", axis=[1, 0, 0], name="slide")
             block.add("geom", type="box", size=[0.02, 0.02, 0.03], mass=0.1)
 
-        @property
-        def mjcf_model(self):
-            return self._root
+        mjcf_model = property(lambda self: self._root)
 
     def plan(planner):
         return planner.plan(name, [0.1], cell.pose(name).translation).grasp.T_ot.homogeneous

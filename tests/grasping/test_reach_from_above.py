@@ -273,15 +273,6 @@ def test_the_area_does_not_depend_on_free_objects_or_where_the_arm_is(small):
     assert after == before
 
 
-def test_an_object_that_is_too_far_away_is_moved_towards_the_arm(small):
-    state, reach = small.get_state(), small.first.reach
-    small.cell.add(Cube(), pose((0.6, -0.3, 1.04)), name="cube", free=True)
-    assert not reach.reaches(small.cell, "cube")
-    reach.place(small.cell, "cube")
-    assert reach.reaches(small.cell, "cube")
-    small.set_state(state)
-
-
 def test_an_arm_that_reaches_nothing_from_above_says_where_to_place_it(small):
     with pytest.raises(CellError, match="reaches no part of 'table' from above.*base"):
         ReachFromAbove(small.arm).area(small.cell, "table", 0.6)

@@ -59,28 +59,9 @@ def test_a_heavy_finger_is_so_slow_that_it_can_stop_within_a_millimetre_and_a_ha
     assert speed == pytest.approx(np.sqrt(2.0 * braking * 1.5e-3), rel=0.02)
 
 
-class DampedFingers(TwoFingerGripper):
-    """Fingers with more viscous friction than their position loop adds."""
-
-    def _build(self, *given, **parameters):
-        super()._build(*given, **parameters)
-        for joint in self.mechanism.joints:
-            joint.damping = 400.0
-
-
-def test_fingers_of_much_viscous_friction_follow_their_stroke():
-    cell, _, _, gripper = panda_cell(0.0, make_gripper=DampedFingers)
-    gripper.move(0.06)
-    while gripper.moving:
-        cell.step()
-        assert cell.time < 2.0
-    assert gripper.width == pytest.approx(0.06, abs=5e-4)
-
-
 # Below 2 m p viscous friction is added, for two poles at 150 rad/s; above it all is the finger's.
 @pytest.mark.parametrize(
-    ("loss", "damping", "stiffness"),
-    [(30.0, 90.0, 0.3 * 150.0**2), (400.0, 400.0, 200.0 * 150.0)],
+    ("loss", "damping", "stiffness"), [(30.0, 90.0, 0.3 * 150.0**2), (400.0, 400.0, 200.0 * 150.0)]
 )
 def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, damping, stiffness):
     loop = FingerLoop(mass=0.3, loss=loss, moving=16.0)

@@ -26,6 +26,7 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Cube, Sphere
 from bt_manip.models import bundled_path, bundled_root
 from bt_manip.spatial import pose
+from bt_manip.testing import Trial
 from tests.support.held import check_held
 
 ARM = """
@@ -123,8 +124,7 @@ def test_its_failures_say_what_it_is_at(with_magnet):
         (Grasp(object="thing", force=20.0), "no steady grip after 2 s: presses with 0.0 N at most"),
         (Grasp(object="thing", force=80.0), "the gripper holds with up to 60 N, not 80 N"),
     ):
-        assert with_magnet.run(behaviour).status is NodeStatus.FAILURE
-        assert reason in behaviour.feedback_message
+        assert Trial(with_magnet, behaviour).fails_with(reason)
 
 
 def test_a_wrong_parameter_is_found_before_anything_moves(build):
@@ -154,8 +154,7 @@ def test_what_needs_a_gripper_fails_and_says_that_there_is_none(without):
         Hover(object="thing"), Reach(object="thing"), Drop(container="basket"),
         PlaceOn(object="thing", support="table"),
     ):  # fmt: skip
-        assert without.run(behaviour).status is NodeStatus.FAILURE
-        assert behaviour.feedback_message.startswith("robot 'bare' has no gripper")
+        assert Trial(without, behaviour).fails_with("robot 'bare' has no gripper")
 
 
 def test_an_arm_without_a_gripper_touches_things_unexpectedly(without):

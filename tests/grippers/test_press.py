@@ -7,20 +7,6 @@ from bt_manip.grippers.two_finger.press import Press
 DT = 1e-3
 
 
-def test_the_force_rises_softly_to_the_asked_one():
-    press = Press()
-    press.begin(0.0)
-    press.change(50.0, 0.05)
-    forces = []
-    while not press.advance(DT, press.force):
-        forces.append(press.force)
-    steps = [b - a for a, b in zip(forces, forces[1:], strict=False)]
-    assert press.force == 50.0
-    assert min(steps) > 0
-    # A half wave of 48 N in 50 ms rises by at most 48 pi / 2 / 50 N a step.
-    assert max(steps) < 48 * 3.1416 / 2 / 50 * 1.01
-
-
 def test_a_measured_shortfall_is_made_up_for():
     press = Press()
     press.begin(0.0)

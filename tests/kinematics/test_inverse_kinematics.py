@@ -9,12 +9,7 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import (
-    IKProblem,
-    InverseKinematics,
-    PoseTarget,
-    PositionTarget,
-)
+from bt_manip.kinematics import IKProblem, InverseKinematics, PoseTarget, PositionTarget
 from bt_manip.robots import Tolerance
 from tests.measuring.kinematics import (
     error_in_mujoco,
@@ -40,23 +35,14 @@ TOLERANCE = "tolerance must be above 0 .m, rad., got "
     ("method", "asked", "message"),
     [
         ("solve", {"restarts": -1}, RESTARTS + "-1"),
-        ("solve", {"restarts": 2.5}, RESTARTS + "2.5"),
-        ("solve", {"restarts": True}, RESTARTS + "True"),
         ("solve", {"rng": 0}, GENERATOR + "0"),
-        ("solve", {"rng": np.random.RandomState(0)}, GENERATOR + "RandomState"),
         ("solutions", {"restarts": -1}, RESTARTS + "-1"),
         ("solutions", {"rng": "seed"}, GENERATOR + "'seed'"),
         ("solutions", {"margin": np.nan}, MARGIN + "nan"),
-        ("follow", {"max_step": 0.0}, STEP + "0.0"),
-        ("follow", {"max_step": np.nan}, STEP + "nan"),
-        ("follow", {"max_step": "0.2"}, STEP + "'0.2'"),
         ("follow", {"max_step": np.full(7, 0.2)}, STEP + "array"),
-        ("follow", {"margin": -0.1}, MARGIN + "-0.1"),
         ("follow", {"margin": np.full(7, 0.1)}, MARGIN + "array"),
-        ("follow", {"tolerance": 0.0}, TOLERANCE + "0.0"),
         ("follow", {"tolerance": (1e-3, 1e-3)}, TOLERANCE),
         ("follow", {"retry": "no"}, "retry must be True or False, got 'no'"),
-        ("follow", {"retry": np.zeros(2)}, "retry must be True or False, got array"),
     ],
 )
 def test_invalid_arguments_are_refused(model, ik, method, asked, message):
@@ -70,9 +56,6 @@ def test_invalid_arguments_are_refused(model, ik, method, asked, message):
         (np.eye(4), np.zeros(7), "pose must be a pin.SE3, got ndarray"),
         (PoseTarget("tool", DOWN, weight=1.0), np.zeros(7), "the target of frame 'tool' is a cost"),
         (DOWN, np.zeros(6), "configuration must be 7 finite numbers"),
-        (DOWN, np.full(7, np.nan), "configuration must be 7 finite numbers"),
-        (DOWN, 3.0, "configuration must be 7 finite numbers"),
-        (DOWN, ["0.1"] * 7, "configuration must be 7 finite numbers"),
     ],
 )
 def test_invalid_requests_and_configurations_are_refused(robot, ik, request_, start, message):

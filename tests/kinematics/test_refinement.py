@@ -39,19 +39,6 @@ def test_a_cost_is_met_as_far_as_the_constraints_allow(model, ik):
     assert costs[1] <= min(costs) + 1e-5
 
 
-def test_costs_without_constraints_end_at_a_local_minimum(model, ik):
-    beyond = np.array([1.5, 0.0, 0.333])
-    found = ik.solve(IKProblem(targets=PositionTarget("tool", beyond, weight=1.0)), model.home)
-    assert found.solved
-    assert model.pose(found.q).translation[0] > 0.8
-    # Nothing near it reaches nearer.
-    here = position_error(model, found.q, "tool", beyond)
-    rng = np.random.default_rng(0)
-    for _ in range(300):
-        q = np.clip(found.q + rng.normal(0.0, 0.05, 7), model.limits.lower, model.limits.upper)
-        assert position_error(model, q, "tool", beyond) > here - 1e-4
-
-
 def test_a_posture_is_approached_in_the_null_space_as_is_the_present_configuration(model, ik, rng):
     posture = model.home + np.array([0.5, 0.0, -0.4, 0.0, 0.3, 0.0, 0.0])
     plain = ik.solve(DOWN, model.home)

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
 from bt_manip import build_station, spatial
@@ -21,17 +20,11 @@ _AHEAD = 0.5  # [rad] of the first joint before the wall, when the wall appears
 
 
 class Collision(NamedTuple):
-    """A collision with a wall.
+    """A collision with a wall."""
 
-    Attributes:
-        speed: Speed of the first joint at the first contact [rad/s].
-        forces: Normal force on the wall in each step since the first contact [N].
-        start: Configuration in which the motion began [rad].  # (nq,)
-    """
-
-    speed: float
-    forces: np.ndarray
-    start: np.ndarray
+    speed: float  # [rad/s] of the first joint at the first contact
+    forces: np.ndarray  # [N] normal force on the wall in each step since then
+    start: np.ndarray  # [rad] where the motion began  (nq,)
 
     @property
     def lasting(self) -> float:
@@ -90,12 +83,9 @@ def drive(station: Station, q: np.ndarray) -> float:
 
 def wall_force(station: Station) -> float:
     """Sum the normal forces on the wall [N]; 0 where there is none."""
-    model, data = station.cell.model, station.cell.data
-    if "wall" not in station.cell.entities:
-        return 0.0
-    wall = station.cell.body_id("wall")
-    total, force = 0.0, np.zeros(6)
-    for i in np.flatnonzero((model.geom_bodyid[data.contact.geom] == wall).any(axis=1)).tolist():
-        mujoco.mj_contactForce(model, data, i, force)
-        total += force[0]
-    return total
+    cell = station.cell
+    return (
+        sum(point.force for point in cell.contacts.points("wall"))
+        if "wall" in cell.entities
+        else 0.0
+    )

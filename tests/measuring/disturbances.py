@@ -19,16 +19,11 @@ _LONGEST = 60  # control steps after which a disturbance counts as not detected
 
 
 class Detections(NamedTuple):
-    """Detections of some disturbances.
+    """Detections of some disturbances."""
 
-    Attributes:
-        steps: Control steps until each detection, from when it was due; negative when it came
-            before; None where there was none.
-        false: Number of motions stopped before any disturbance.
-    """
-
+    # Control steps from when each was due, negative before; None where there was none.
     steps: list[int | None]
-    false: int
+    false: int  # number of motions stopped before any disturbance
 
     @property
     def in_time(self) -> int:

@@ -17,41 +17,23 @@ GOAL_TOLERANCE = 0.01  # [rad]
 
 
 class Execution(NamedTuple):
-    """The result of planning and executing a motion through one scene.
+    """The result of planning and executing a motion through one scene."""
 
-    Attributes:
-        refused: Why no motion was planned; empty where one was.
-        planning: Processor time until there was a checked trajectory [ms].
-        duration: Duration of the motion [s].
-        ratio: Duration over the time-optimal one on the same path; nan where toppra is missing.
-        error: Largest deviation of a joint from the reference [rad].
-        touched: Whether the arm came into contact with anything.
-        saturated: Whether a motor reached its limit.
-        reached: Whether the arm reached the goal.
-        solvable: Whether a path exists: where the motion was refused, whether a long search
-            without clearance finds one.
-    """
-
-    refused: str
-    planning: float = np.nan
-    duration: float = np.nan
-    ratio: float = np.nan
-    error: float = np.nan
-    touched: bool = False
-    saturated: bool = False
-    reached: bool = False
-    solvable: bool = True
+    refused: str  # why no motion was planned; empty where one was
+    planning: float = np.nan  # [ms] of processor time until there was a checked trajectory
+    duration: float = np.nan  # [s] of the motion
+    ratio: float = np.nan  # of that to the time-optimal one on its path; nan without toppra
+    error: float = np.nan  # [rad] largest deviation of a joint from the reference
+    touched: bool = False  # whether the arm came into contact with anything
+    saturated: bool = False  # whether a motor reached its limit
+    reached: bool = False  # whether the arm reached the goal
+    solvable: bool = True  # whether a path exists: after a refusal, by a search without clearance
 
 
 def execute_scenes(count: int, description: RobotDescription | None = None) -> list[Execution]:
-    """Plan and execute motions in the scenes of the first seeds, until enough are solvable.
+    """Plan and execute motions in random scenes until a number of them is solvable.
 
-    Args:
-        count: Number of solvable scenes.
-        description: The robot; by default the Panda.
-
-    Returns:
-        The results, with those of the scenes without a path.
+    The robot is the Panda by default. Results of scenes without a path are among the returned ones.
     """
     found: list[Execution] = []
     while sum(execution.solvable for execution in found) < count:

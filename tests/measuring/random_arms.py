@@ -11,12 +11,7 @@ EFFORT = 500.0  # [N m] or [N]: more than the heaviest of them needs
 
 
 def random_arm(seed: int, **fields: float | None) -> Robot:
-    """Return an arm of 2 to 7 joints, of which some slide, compiled alone.
-
-    Args:
-        seed: Seed of everything random.
-        fields: Further fields of its description.
-    """
+    """Return an arm of 2 to 7 joints, of which some slide, compiled alone."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 8))
     acceleration = rng.uniform(2.0, 20.0, n)

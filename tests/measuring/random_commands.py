@@ -13,19 +13,12 @@ COMMANDS = ("stop", "pause", "scale", "blend", "turn", "servo", "line")
 
 
 class Motion(NamedTuple):
-    """A motion from rest to rest.
+    """A motion from rest to rest."""
 
-    Attributes:
-        q: Positions [rad].  # (n, nq)
-        v: Velocities [rad/s].  # (n, nq)
-        a: Accelerations [rad/s2].  # (n, nq)
-        commands: What was commanded, in order.
-    """
-
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    commands: tuple[str, ...]
+    q: np.ndarray  # [rad]  (n, nq)
+    v: np.ndarray  # [rad/s]  (n, nq)
+    a: np.ndarray  # [rad/s2]  (n, nq)
+    commands: tuple[str, ...]  # in order
 
 
 class RandomCommands:

@@ -24,12 +24,7 @@ LONGEST = 600.0  # [s] of a motion
 
 
 class Goal(NamedTuple):
-    """Where the last accepted request leads.
-
-    Attributes:
-        q: A configuration [rad]; None where it leads to a pose.  # (nq,)
-        T_wt: A pose of the tool in the world; None where it leads to a configuration.
-    """
+    """Where the last accepted request leads: to a configuration [rad], or to a tool pose."""
 
     q: np.ndarray | None = None
     T_wt: pin.SE3 | None = None

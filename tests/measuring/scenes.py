@@ -33,36 +33,19 @@ class Fixed(composer.Entity):
         self._root = mjcf.RootElement(model=name)
         self._root.worldbody.add("geom", name="geom", type=kind, size=list(size))
 
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The model that composer attaches."""
-        return self._root
-
-
-class Empty(composer.Arena):
-    """An arena with nothing in it."""
+    mjcf_model = property(lambda self: self._root)
 
 
 class Planned(NamedTuple):
-    """An arm under control among obstacles, its base in the origin of the world.
-
-    Attributes:
-        cell: The world.
-        robot: The robot.
-        control: Makes the arm follow.
-        gripper: Keeps the fingers where they are.
-        arm: Moves the arm.
-        open: Positions of all joints with the gripper open.
-        name: Name of the robot in the cell.
-    """
+    """An arm under control among obstacles, its base in the origin of the world."""
 
     cell: Cell
     robot: Robot
     control: ComputedTorque
     gripper: TwoFingerGripper
     arm: Arm
-    open: np.ndarray
-    name: str
+    open: np.ndarray  # positions of all joints with the gripper open
+    name: str  # of the robot in the cell
 
 
 YAWS = (0.0, 0.5 * np.pi, -0.5 * np.pi)  # [rad] of the hand; not every arm reaches with each
@@ -72,17 +55,12 @@ def build(
     obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]],
     description: RobotDescription | None = None,
 ) -> Planned:
-    """Put a robot, by default the Panda, among obstacles.
-
-    Args:
-        obstacles: Kind, size as MuJoCo has it, and pose of each.
-        description: The robot.
-    """
+    """Put a robot, by default the Panda, among obstacles: kind, size of MuJoCo and pose of each."""
     robot = Robot(description or panda(), gripper=TwoFingerGripper)
     control = ComputedTorque(robot)
     gripper = robot.gripper
     robot.attach(control)
-    arena = Empty()
+    arena = composer.Arena()
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)
     with cell.editing():
@@ -105,9 +83,7 @@ def wall(
 ) -> tuple[Planned, pin.SE3, pin.SE3]:
     """Return a scene with a wall over a table, and a tool pose on either side of it.
 
-    Args:
-        description: The robot; by default the Panda.
-        scale: Scale of all lengths, for arms with another reach.
+    All lengths are scaled, for robots with another reach than the Panda, the default.
     """
     boxes = [
         ("box", 0.5 * scale * np.array(size), spatial.pose(scale * np.array(at)))
@@ -129,11 +105,7 @@ def _downwards(planned: Planned, position: np.ndarray) -> pin.SE3:
 
 
 def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:
-    """Return a collision-free configuration near home with the tool at a pose.
-
-    Raises:
-        MotionError: When none was found.
-    """
+    """Return a collision-free configuration near home with the tool at a pose."""
     arm = planned.arm
     assert arm.world is not None
     for found in arm.ik.solutions(T_wt, arm.model.home, margin=0.05):

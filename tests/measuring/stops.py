@@ -22,25 +22,15 @@ STOPS_PER_SCENE = 10
 
 
 class Stop(NamedTuple):
-    """One stop.
+    """One stop."""
 
-    Attributes:
-        kind: Kind of the motion that was stopped.
-        duration: Time until rest [s].
-        shortest: Longest of the times that each coordinate alone needs to stop [s].
-        remaining: Time that the motion would have lasted [s].
-        off_path: Largest distance of a joint from the path [rad].
-        limit_use: Largest used fraction of a velocity, acceleration, jerk or effort limit.
-        computing: CPU time of the stop [ms].
-    """
-
-    kind: str
-    duration: float
-    shortest: float
-    remaining: float
-    off_path: float
-    limit_use: float
-    computing: float
+    kind: str  # of the motion that was stopped
+    duration: float  # [s] until rest
+    shortest: float  # [s] longest of the times that each coordinate alone needs to stop
+    remaining: float  # [s] that the motion would have lasted
+    off_path: float  # [rad] largest distance of a joint from the path
+    limit_use: float  # largest used fraction of a velocity, acceleration, jerk or effort limit
+    computing: float  # [ms] of processor time for the stop
 
     @property
     def ratio(self) -> float:

@@ -5,19 +5,12 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.arm import Arm
 from bt_manip.collision import PATH_STEP
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import ArcTo, LineTo, check_tool_path, follow_tool_path, tool_paths
+from bt_manip.planning import ArcTo, LineTo, follow_tool_path, tool_paths
 from bt_manip.planning.collision_check import sample_path
-from bt_manip.planning.tool_path_following import QUICK_REFINEMENTS
 
-
-@pytest.fixture
-def arm(walled) -> Arm:
-    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
-    arm.reset(walled.ik.solve(walled.left, arm.model.home).q)
-    return arm
+from .test_collision_free_motion import arm as arm
 
 
 @pytest.mark.parametrize(
@@ -46,8 +39,7 @@ def test_a_goal_in_collision_is_refused_by_name_and_nothing_moves(walled, arm):
     assert arm.get_state() == before
 
 
-def test_a_blocked_tool_path_is_refused_with_its_free_share(walled):
-    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
+def test_a_blocked_tool_path_is_refused_with_its_free_share(walled, arm):
     arm.reset(arm.ik.nearest(walled.left, arm.model.home).q)
     aside = pin.SE3(walled.left.rotation, np.array([0.4, 0.25, 0.2]))
     through = pin.SE3(walled.left.rotation, np.array([0.4, -0.25, 0.2]))
@@ -69,32 +61,9 @@ def test_an_arc_keeps_a_millimetre_of_clearance(arm):
     arm.move_linear(spatial.pointing_down((0.5, 0.35, 0.0095 + 0.5e-3), 0.0))  # to nearer by
 
 
-def test_a_check_at_the_knots_agrees_with_the_fine_check(walled, rng):
-    ik, world = walled.ik, walled.world
-    home = ik.model.home
-    samples = rng.uniform([0.35, -0.35, 0.2, -3.0], [0.65, 0.35, 0.35, 3.0], (40, 4))
-    verdicts = []
-    for x, y, z, yaw in samples:
-        T = spatial.pointing_down([x, y, z], yaw)
-        tilted = pin.SE3(T.rotation @ pin.exp3(rng.uniform(-0.4, 0.4, 3)), T.translation)
-        q = ik.solve(tilted, home).q
-        start = ik.model.pose(q)
-        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.15]))
-        (path,) = tool_paths(start, [LineTo(start * offset)])
-        try:
-            curve = follow_tool_path(ik, q, path, QUICK_REFINEMENTS)
-        except MotionError:
-            continue
-        steps = np.abs(np.diff(sample_path(curve, 200)[:, :7], axis=0))
-        assert 0.9 * PATH_STEP < steps.max() <= PATH_STEP
-        reasons = []
-        for fine in (True, False):
-            try:
-                check_tool_path(world, curve, path, fine=fine)
-            except MotionError as error:
-                reasons.append(error.reason)
-            else:
-                reasons.append("")
-        assert reasons[0] == reasons[1]
-        verdicts.append(reasons[0])
-    assert 5 < verdicts.count("") < len(verdicts) - 5
+def test_a_path_is_sampled_just_below_the_step_of_checks(arm):
+    start = arm.model.pose(arm.q)
+    (path,) = tool_paths(start, [LineTo(start * spatial.pose((0.0, 0.1, -0.15)))])
+    curve = follow_tool_path(arm.ik, arm.q, path)
+    steps = np.abs(np.diff(sample_path(curve, 200)[:, :7], axis=0))
+    assert 0.9 * PATH_STEP < steps.max() <= PATH_STEP

@@ -50,17 +50,6 @@ def test_an_arm_that_follows_moves_around_the_wall_to_a_moving_target(walled, ar
     assert np.linalg.norm(arm.model.pose(arm.q).translation - target.translation) < 2e-3
 
 
-def test_redirected_in_motion_it_does_not_pass_through_the_wall(walled, arm):
-    arm.move_to_configuration(arm.q + [0.3, -0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
-    for _ in range(80):
-        arm.advance(DT)
-    assert np.abs(arm.v).max() > 0.1
-    arm.move_to_pose(walled.right)
-    q = execute(arm)
-    assert not any(walled.world.collisions(x) for x in q)
-    assert arm.model.pose(arm.q).translation == pytest.approx(walled.right.translation, abs=1e-5)
-
-
 def test_the_arm_escapes_from_a_collision_at_the_start(walled, arm):
     T = walled.left.copy()
     T.translation = np.array([0.5, 0.25, 0.008])  # the finger tips are 3 mm inside the table

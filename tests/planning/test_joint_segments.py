@@ -14,8 +14,3 @@ def test_an_edge_is_checked_at_its_end_first_and_not_at_its_start():
     checked = []
     edge_is_free(np.zeros(1), np.ones(1), lambda q: checked.append(float(q[0])) or True, 0.25)
     assert checked[0] == 1.0 and sorted(checked) == [0.25, 0.5, 0.75, 1.0]
-
-
-def test_an_edge_is_blocked_where_one_of_its_configurations_is():
-    assert edge_is_free(np.zeros(1), np.ones(1), lambda q: True, 0.01)
-    assert not edge_is_free(np.zeros(1), np.ones(1), lambda q: abs(q[0] - 0.3) > 0.006, 0.01)

@@ -135,15 +135,9 @@ def test_the_derivative_of_the_angle_columns_is_the_angular_velocity():
     ("make", "message"),
     [
         (lambda: LineTo(np.eye(4)), "pose must be a pin.SE3, got ndarray"),
-        (
-            lambda: ArcTo([0.0, np.nan, 0.0], END),
-            "via point of an arc must be 3 finite numbers",
-        ),
+        (lambda: ArcTo([0.0, np.nan, 0.0], END), "via point of an arc must be 3 finite numbers"),
         (lambda: ArcTo([0.0, 0.0, 0.0], None), "pose must be a pin.SE3"),
-        (
-            lambda: TurnAbout([0.0, 0.0], [0, 0, 1], 1.0),
-            "point of the axis of a turn must be 3",
-        ),
+        (lambda: TurnAbout([0.0, 0.0], [0, 0, 1], 1.0), "point of the axis of a turn must be 3"),
         (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 0], 1.0), "axis of a turn must not be zero"),
         (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 1], np.inf), "finite number .rad., got inf"),
         (lambda: tool_paths(START, [END]), "a LineTo, ArcTo or TurnAbout, got SE3"),

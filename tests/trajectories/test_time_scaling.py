@@ -63,8 +63,7 @@ def test_while_the_speed_changes_a_limit_is_in_use_at_all_times(
 
 
 @pytest.mark.parametrize(
-    ("jerk", "time"),
-    [(900, 0.1), (240, 0.2), (60, 0.4), (15, 0.8), (4, 1.6), (1, 3.2)],
+    ("jerk", "time"), [(900, 0.1), (240, 0.2), (60, 0.4), (15, 0.8), (4, 1.6), (1, 3.2)]
 )
 def test_a_rise_from_rest_that_only_the_jerk_limits_keeps_it_and_takes_not_twice_as_long(
     jerk, time

@@ -5,13 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.trajectories import (
-    PathLimits,
-    PathTrajectory,
-    SplinePath,
-    StraightPath,
-    sample_times,
-)
+from bt_manip.trajectories import PathLimits, PathTrajectory, SplinePath, StraightPath, sample_times
 from bt_manip.trajectories.limit_check import sampled_effort_use
 from bt_manip.trajectories.topp import TimeOptimalParameterization
 

@@ -21,6 +21,7 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
 from bt_manip.robots import Robot, RobotError, read_description
 from bt_manip.spatial import pose
+from bt_manip.testing import Trial
 from bt_manip_hands.hand import Hand
 from tests.support.held import check_held
 
@@ -106,14 +107,12 @@ def test_it_notices_that_it_has_closed_on_nothing(put):
     station.gripper.stop()
     assert not station.gripper.moving and station.gripper.is_open
     grasp = Grasp(object="thing", force=FORCE)
-    assert station.run(grasp).status is NodeStatus.FAILURE
-    assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
+    assert Trial(station, grasp).fails_with("the gripper closed without gripping 'thing'")
 
 
 def test_an_object_that_is_too_wide_fails_with_its_width(put):
-    hover = Hover(object="thing")
-    assert put(Box(size=(0.12, 0.12, 0.12))).run(hover).status is NodeStatus.FAILURE
-    assert "'thing' does not fit the hand: it is" in hover.feedback_message
+    hovering = Trial(put(Box(size=(0.12, 0.12, 0.12))), Hover(object="thing"))
+    assert hovering.fails_with("'thing' does not fit the hand: it is")
 
 
 def test_wrong_keys_of_a_description_are_refused(tmp_path):

@@ -8,14 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.behaviours import (
-    ArmBehaviour,
-    PlannedMove,
-    nearest_orientation,
-    pose_from_text,
-    pose_to_text,
-)
-from bt_manip.bt import Input, Output, Status, Traits
+from bt_manip.behaviours import ArmBehaviour, PlannedMove, nearest_orientation, pose_output
+from bt_manip.bt import Input, Status, Traits
 from bt_manip.cell import CellError, ContactEvent, entity_of, extent
 from bt_manip.exceptions import MotionError, did_you_mean
 from bt_manip.kinematics import PoseTarget
@@ -55,10 +49,7 @@ class FindFreeEnd(ArmBehaviour):
     distance = Input(
         float, default=0.1, doc="Distance of the pose from the grasp [m].", at_least=0.0
     )
-    pose = Output(
-        pin.SE3, parse=pose_from_text, format=pose_to_text,
-        doc="Pre-grasp pose of the tool in the world.",
-    )  # fmt: skip
+    pose = pose_output("Pre-grasp pose of the tool in the world.")
 
     def start(self) -> None:
         """Compare the ends of the object."""

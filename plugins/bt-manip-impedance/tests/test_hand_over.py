@@ -12,7 +12,7 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Box
 from bt_manip.exceptions import MotionError
-from bt_manip.testing import play
+from bt_manip.testing import Trial, play
 from bt_manip_impedance import FindFreeEnd, HoldOut, IsHandedOver
 
 HIGH = 0.5  # [m] of the posts, which stand for two robots
@@ -165,8 +165,7 @@ def test_poses_to_hold_an_object_out_at_are_tried_in_turn_where_the_receiver_rea
     monkeypatch.setattr(giver, "move_to_pose", refuse)
     monkeypatch.setattr(receiver.ik, "nearest_first", reach)
     leaf = HoldOut(object="rod", receiver="right", robot="left")
-    assert held_out.run(leaf).status is NodeStatus.FAILURE
-    assert leaf.feedback_message == "out of reach"
+    assert Trial(held_out, leaf).fails_with("out of reach")
     # The rod is 14 cm long; both grasps are 1 cm from its ends.
     expected = [
         (offset - 0.06, 0.0, 1.015 + height)
@@ -190,11 +189,10 @@ def test_poses_to_hold_an_object_out_at_are_tried_in_turn_where_the_receiver_rea
     monkeypatch.setattr(giver.ik, "nearest_first", lambda *_: iter([]))
     assert leaf.why_infeasible() == "'left' and 'right' reach no pose to hand 'rod' over"
     reached[0] = False
-    assert held_out.run(leaf).status is NodeStatus.FAILURE
-    assert "no pose to hold 'rod' out at is within reach of 'right'" in leaf.feedback_message
+    why = "no pose to hold 'rod' out at is within reach of 'right'"
+    assert Trial(held_out, leaf).fails_with(why)
     leaf = HoldOut(object="rod", receiver="rigth", robot="left")
-    assert held_out.run(leaf).status is NodeStatus.FAILURE
-    assert "there is no robot 'rigth'; did you mean 'right'" in leaf.feedback_message
+    assert Trial(held_out, leaf).fails_with("there is no robot 'rigth'; did you mean 'right'")
 
 
 def test_the_progress_of_a_hand_over_rises_with_every_stage(cell, handed_over):

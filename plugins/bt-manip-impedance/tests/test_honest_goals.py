@@ -118,9 +118,7 @@ class Corner(composer.Entity):
         self.root = mjcf.RootElement(model="corner")
         self.root.worldbody.add("geom", type="box", size=(0.1, 0.2, 0.02), pos=(0.1, 0.2, 0.02))
 
-    @property
-    def mjcf_model(self):
-        return self.root
+    mjcf_model = property(lambda self: self.root)
 
 
 def test_the_hole_is_in_the_middle_of_a_socket_whose_frame_is_at_its_corner():

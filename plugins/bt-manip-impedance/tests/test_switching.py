@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from bt_manip.cell import Cell
-from bt_manip.control import ComputedTorque, ControllerManager, Hold, Reference
+from bt_manip.control import ComputedTorque, ControllerManager, Hold
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip_impedance import CartesianImpedance, JointImpedance
+from tests.support.arms import Wave
 
 LARGEST_STEP = 0.02  # of the effort limit, beyond the step of a run without a switch
 STEPS, SWITCHES = 1000, (400, 700)  # control steps: to the compliant controller, and back
@@ -21,24 +22,6 @@ FACTORIES = {
 }
 
 
-class Ramp(Reference):
-    """A reference that accelerates each joint to 1 rad/s in 0.3 s and keeps that speed."""
-
-    ramp = 0.3  # [s]
-
-    def __init__(self, q0):
-        self.q0, self.t = np.array(q0), 0.0
-        self.sign = np.array([1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0])
-        self.advance(0.0)
-
-    def advance(self, dt):
-        self.t += dt
-        T, u = self.ramp, min(self.t / self.ramp, 1.0)
-        self.q = self.q0 + self.sign * (T * (u**3 - u**4 / 2) + max(0.0, self.t - T))
-        self.v = self.sign * (3 * u**2 - 2 * u**3)
-        self.a = self.sign * 6 * (u - u**2) / T
-
-
 @cache
 def torque_steps(*switches, moving, force):
     """Return the change of each joint's torque in each step, over its limit."""  # (STEPS - 1, 7)
@@ -47,7 +30,8 @@ def torque_steps(*switches, moving, force):
     robot.attach(manager)
     cell = Cell()
     cell.add(robot)
-    manager.reference = Ramp(robot.q) if moving else Hold(robot.q)
+    # At both switches it moves at 0.9 rad/s, at most at 1 rad/s.
+    manager.reference = Wave(robot.q, 0.35, 2.86) if moving else Hold(robot.q)
     rows = []
     for i in range(STEPS):
         for _, controller in filter(lambda switch: switch[0] == i, switches):
@@ -66,9 +50,7 @@ def torque_steps(*switches, moving, force):
 
 @pytest.mark.parametrize("compliant", ["joint_impedance", "cartesian_impedance"])
 @pytest.mark.parametrize(
-    ("moving", "force"),
-    [(False, 30.0), (True, 0.0)],
-    ids=["at rest under 30 N", "at 1 rad/s"],
+    ("moving", "force"), [(False, 30.0), (True, 0.0)], ids=["at rest under 30 N", "at 1 rad/s"]
 )
 def test_a_switch_moves_no_torque_beyond_what_the_reference_asks_for(compliant, moving, force):
     switches = zip(SWITCHES, (compliant, "computed_torque"), strict=True)

@@ -1,7 +1,6 @@
 """A lazy probabilistic roadmap: edges are checked only when a shortest path uses them."""
 
-import heapq
-from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,10 +50,22 @@ class LazyRoadmap:
         self, nodes: np.ndarray, goals: range, known: Edges, problem: PlanningProblem
     ) -> list[int]:
         """Return the nodes of the shortest free path; empty without one."""
-        near = self._near(nodes)
+        from scipy.sparse import csgraph, csr_array  # takes a while to import
+
+        edges = self._edges(nodes)
+        lengths = np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1)
         while True:
-            path = shortest(nodes, near, goals, known)
-            for a, b in zip(path, path[1:], strict=False):
+            usable = np.array([known.get((a, b), True) for a, b in edges.tolist()])
+            graph = csr_array((lengths[usable], edges[usable].T), shape=(len(nodes),) * 2)
+            distance, before = csgraph.dijkstra(
+                graph, directed=False, indices=0, return_predecessors=True
+            )
+            path = [min(goals, key=distance.__getitem__)]
+            if np.isinf(distance[path[0]]):
+                return []
+            while path[0]:
+                path.insert(0, int(before[path[0]]))
+            for a, b in pairwise(path):
                 edge = (min(a, b), max(a, b))
                 if edge not in known:
                     known[edge] = edge_is_free(
@@ -65,39 +76,10 @@ class LazyRoadmap:
             else:
                 return path
 
-    def _near(self, nodes: np.ndarray) -> list[set[int]]:
-        """Return the symmetric neighbour relation of the nodes."""
-        near: list[set[int]] = [set() for _ in nodes]
+    def _edges(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the pairs of each node and its nearest neighbours, the lower number first."""
+        edges = []  # (n, 2)
         for i, node in enumerate(nodes):
             order = np.argsort(np.square(nodes - node).sum(axis=1), kind="stable")
-            for j in order[1 : self.neighbours + 1]:
-                near[i].add(int(j))
-                near[int(j)].add(i)
-        return near
-
-
-def shortest(
-    nodes: np.ndarray, near: Sequence[set[int]], goals: Iterable[int], known: Edges
-) -> list[int]:
-    """Return the shortest path from node 0 to a goal that avoids blocked edges (Dijkstra)."""
-    ends = set(goals)
-    best = {0: 0.0}
-    before: dict[int, int] = {}
-    queue = [(0.0, 0)]
-    while queue:
-        length, i = heapq.heappop(queue)
-        if i in ends:
-            path = [i]
-            while path[-1]:
-                path.append(before[path[-1]])
-            return path[::-1]
-        if length > best[i]:
-            continue
-        for j in sorted(near[i]):
-            if not known.get((min(i, j), max(i, j)), True):
-                continue
-            total = length + float(np.linalg.norm(nodes[j] - nodes[i]))
-            if total < best.get(j, np.inf):
-                best[j], before[j] = total, i
-                heapq.heappush(queue, (total, j))
-    return []
+            edges += [sorted((i, j)) for j in order[1 : self.neighbours + 1].tolist()]
+        return np.unique(np.reshape(edges, (-1, 2)), axis=0)

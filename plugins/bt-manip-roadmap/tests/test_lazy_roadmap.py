@@ -1,16 +1,12 @@
 """Paths of a roadmap are free, short, and the same for the same seed."""
 
-from itertools import combinations, pairwise
-
 import numpy as np
 import pytest
-from scipy.sparse import csgraph
 
 from bt_manip import build_station
 from bt_manip.planning import PlanningProblem
 from bt_manip.robots import JointLimits
 from bt_manip_roadmap import LazyRoadmap
-from bt_manip_roadmap.lazy_roadmap import shortest
 
 LIMITS = JointLimits(*(np.full(2, x) for x in (-2.0, 2.0, 1.0, 1.0, 1.0, 1.0)))
 RADIUS = 0.5
@@ -39,26 +35,6 @@ def test_a_path_is_free_and_nearly_the_shortest(seed):
         points = start + np.linspace(0.0, 1.0, 500)[:, np.newaxis] * (end - start)
         assert np.linalg.norm(points, axis=1).min() > RADIUS - 0.01
     assert length(path) < 1.15 * SHORTEST
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_a_path_in_the_roadmap_is_the_shortest_one_without_blocked_edges(seed):
-    rng = np.random.default_rng(seed)
-    nodes, graph = rng.uniform(-1.0, 1.0, (40, 3)), np.zeros((40, 40))
-    near, known = [set() for _ in nodes], {}
-    for i, j in rng.permutation([*combinations(range(40), 2)])[:120].tolist():
-        near[i].add(j), near[j].add(i)
-        if rng.random() < 0.5:
-            known[i, j] = bool(rng.random() < 0.5)
-        graph[i, j] = np.linalg.norm(nodes[i] - nodes[j]) * known.get((i, j), True)
-    expected = csgraph.dijkstra(graph, directed=False, indices=0)[1:4].min()
-    path = shortest(nodes, near, range(1, 4), known)
-    if not path:
-        assert np.isinf(expected)
-        return
-    assert path[0] == 0 and path[-1] in (1, 2, 3)
-    assert sum(graph[min(e), max(e)] for e in pairwise(path)) == pytest.approx(expected)
-    assert all(graph[min(e), max(e)] for e in pairwise(path))
 
 
 def test_a_free_segment_needs_no_sample():
