@@ -17,8 +17,9 @@ def table(recorded):
     return parquet.read_table(folder / "run.parquet")
 
 
-def test_the_table_has_the_recorded_control_steps(recorded, table):
+def test_the_table_has_the_recorded_control_steps_and_the_identity_of_the_run(recorded, table):
     recording, _, cube = recorded
+    assert b'"tree": "test"' in table.schema.metadata[b"bt_manip"]
     steps = recording.control_steps()
     assert table.num_rows == len(cube.steps) > 200
     assert table["t"].to_pylist() == steps["t"].tolist()
@@ -61,10 +62,6 @@ def test_the_state_of_the_gripper_is_that_after_the_last_tick(recorded, table):
     assert [row[f"panda/grip_force{i}"] for i in (1, 2)] == state["grip_forces"]
     assert row["panda/speed_scale"] == 1.0 and row["panda/held"] == ""
     assert table["panda/force_x"][0].as_py() is None  # before the end of the first tick
-
-
-def test_the_metadata_of_a_parquet_file_identify_the_run(table):
-    assert b'"tree": "test"' in table.schema.metadata[b"bt_manip"]
 
 
 def test_a_csv_file_has_the_same_table(recorded, table):

@@ -1,8 +1,5 @@
 """bt-manip run --record: recordings from the command line."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -57,25 +54,3 @@ def test_bad_options_of_a_recorder_are_bad_input(bt_manip, trees, tmp_path, reco
 def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "mcap").out
     assert out.startswith("mcap (") and "  cameras (" in out
-
-
-LEAVING = """
-import os
-from bt_manip.bt import Action, Sequence, Sleep
-
-
-class Leave(Action):
-    def update(self):
-        os._exit(0)
-
-
-def leaving():
-    return Sequence("task", Sleep("work", msec=500), Leave("leave"))
-"""
-
-
-def test_a_process_that_leaves_does_not_end_its_recording(tmp_path):
-    (tmp_path / "leaving.py").write_text(LEAVING)
-    command = sys.executable, "-m", "bt_manip", "run", "leaving.py:leaving", "--record", "r.mcap"
-    assert subprocess.run([*command, "--quiet"], cwd=tmp_path).returncode == 0
-    assert not Recording(tmp_path / "r.mcap").complete
