@@ -1,5 +1,7 @@
 """A station with two robots and a cube between them; reports of registered trees."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from bt_manip import build_station, spatial
@@ -8,7 +10,7 @@ from bt_manip.record import take_snapshot
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, find_tree, prepare
 from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
 
@@ -36,6 +38,34 @@ def left(station):
 @pytest.fixture
 def right(station):
     return station.robots["right"]
+
+
+class StillCell:
+    """A cell in which nothing happens but time."""
+
+    generation = steps = 0
+
+    def __init__(self) -> None:
+        self.before_remove, self.objects, self.entities = [], {}, {}
+
+    @property
+    def time(self) -> float:
+        return self.steps * 1e-3
+
+    def step(self, n, then=()) -> None:
+        for _ in range(n):
+            self.steps += 1
+            for look in then:
+                look()
+
+
+def still_station() -> SimpleNamespace:
+    """Return a station without robots."""
+    cell = StillCell()
+    return SimpleNamespace(
+        cell=cell, robots={}, begin_cycle=lambda cycle: None, hardware=Hardware(cell), files={},
+        infrastructure={"cell": cell},
+    )  # fmt: skip
 
 
 def request_of_tree(parts: Parts, tree: str, **request) -> RunRequest:

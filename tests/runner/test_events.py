@@ -153,16 +153,6 @@ def test_the_message_of_a_node_is_reported_while_it_runs_and_when_it_succeeds(ev
     assert messages == [(0.01, "1 of 3"), (0.02, "2 of 3"), (0.02, "3 of 3")]
 
 
-def test_a_run_with_a_listener_keeps_its_digest(make_run):
-    def digest(*observers):
-        recorder = Recorder("test", 0)
-        root = Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=50))
-        make_run(root).execute([recorder, *observers])
-        return recorder.report().state_digest
-
-    assert digest() == digest(Listener([]))
-
-
 def test_what_observed_the_tree_before_the_run_still_does_after_it(make_run):
     run = make_run(Sleep("rest", msec=5))
     changes = []

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.runner import Run, RunObserver, prepare
+from bt_manip.runner import Run, RunObserver
 from bt_manip_recording import Trace
 
 from .conftest import report_of, request_of_tree
@@ -95,20 +94,6 @@ def test_the_same_seed_is_the_same_run_in_another_process(tmp_path, traced):
     assert json.loads(report.read_text())["state_digest"] == traced.first
 
 
-def test_a_run_that_compiles_each_model_anew_is_the_same_run(parts, traced):
-    recorder = Recorder("pick_place", 0)
-    anew = prepare(request_of_tree(parts, "pick_place", cycles=CYCLES), parts)
-    anew.station.cell.compiles_kept = 0
-    anew.execute([recorder])
-    assert recorder.report().state_digest == traced.report.state_digest
-
-
 def test_another_controller_does_the_task_too(parts):
     report = report_of(parts, "pick_place", controller="gravity_compensated_pd")
     assert report.cycles[0].placed
-
-
-def test_a_container_that_is_not_there_fails_the_cycle_with_the_nearest_name(parts):
-    (cycle,) = report_of(parts, "pick_place", settings={"basket": "bascet"}).cycles
-    assert cycle.status == "FAILURE" and not cycle.placed
-    assert "did you mean 'basket'" in cycle.reason

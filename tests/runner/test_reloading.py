@@ -1,8 +1,6 @@
 """A tree that is edited while it runs."""
 
 import os
-from types import SimpleNamespace
-from typing import ClassVar
 
 import pytest
 
@@ -10,7 +8,6 @@ from bt_manip.bt import BehaviourRegistry
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.runner import (
-    Hardware,
     Run,
     RunObserver,
     RunRequest,
@@ -21,6 +18,8 @@ from bt_manip.runner import (
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
 from tests.support.runs import Listener
+
+from .conftest import still_station
 
 DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main" _results="seen new">
@@ -50,16 +49,6 @@ class Editor(RunObserver):
             os.utime(self.path, ns=(1, 1))  # another time than before, however coarse the clock
 
 
-class Cell:
-    generation = time = 0
-    before_remove: ClassVar[list] = []
-    objects: ClassVar[dict] = {}
-    entities: ClassVar[dict] = {}
-
-    def step(self, n, then=()):
-        self.time += 1e-3 * n
-
-
 def document(seen=1, msec=100, more="", port=""):
     return DOCUMENT.format(seen=seen, msec=msec, more=more, port=port)
 
@@ -68,14 +57,10 @@ def run(tmp_path, edited):
     """Run a tree that sleeps for 0.1 s; its file is edited at the fifth tick, after 40 ms."""
     path = tmp_path / "task.xml"
     path.write_text(document())
-    cell, told = Cell(), []
+    station, told = still_station(), []
     source = TreeSource("task", "xml", path=path)
     behaviours = BehaviourRegistry()
-    tree = load_document(source, Parts(), {"note": "wild"}, lambda: cell.time, told.append)
-    station = SimpleNamespace(
-        cell=cell, begin_cycle=lambda cycle: None, robots={}, hardware=Hardware(cell), files={},
-        infrastructure={"cell": cell},
-    )  # fmt: skip
+    tree = load_document(source, Parts(), {"note": "wild"}, lambda: station.cell.time, told.append)
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     events = []
     listener = Listener(events, ("edit",))

@@ -5,27 +5,10 @@ from types import SimpleNamespace
 import pytest
 
 from bt_manip.bt import Action, AlwaysFailure, AlwaysSuccess, Sequence, Sleep, Status, Tree
-from bt_manip.runner import Hardware, Run, RunModifier, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import Run, RunModifier, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.loop import Pacing
 
-
-class Cell:
-    """A cell in which nothing happens but time."""
-
-    def __init__(self) -> None:
-        self.steps = 0
-        self.generation = 0
-        self.before_remove: list = []
-
-    @property
-    def time(self) -> float:
-        return self.steps * 1e-3
-
-    def step(self, n, then=()):
-        for _ in range(n):
-            self.steps += 1
-            for look in then:
-                look()
+from .conftest import StillCell, still_station
 
 
 class Log(RunObserver):
@@ -55,13 +38,9 @@ class Log(RunObserver):
 
 
 def make(root, cycles=1, tick=0.002) -> Run:
-    cell = Cell()
-    tree = Tree(root, clock=lambda: cell.time)
-    request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
-    station = SimpleNamespace(
-        cell=cell, robots={}, begin_cycle=lambda cycle: None, hardware=Hardware(cell), files={}
-    )
-    return Run(request, tree, station)
+    station = still_station()
+    tree = Tree(root, clock=lambda: station.cell.time)
+    return Run(RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick), tree, station)
 
 
 def test_observers_are_told_everything_in_order():
@@ -92,16 +71,13 @@ def test_a_modifier_of_the_run_is_told_after_all_who_watch():
 @pytest.mark.parametrize(
     ("root", "reason"),
     [
-        (lambda: Sequence("root", AlwaysFailure("never")), "never:"),
-        (
-            lambda: Sleep("rest", msec=3, skip_if="true"),
-            "rest: the root was skipped, nothing was done",
-        ),
+        (Sequence("root", AlwaysFailure("never")), "never:"),
+        (Sleep("rest", msec=3, skip_if="true"), "rest: the root was skipped, nothing was done"),
     ],
 )
 def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows(root, reason):
     log = Log()
-    make(root(), cycles=2).execute([log])
+    make(root, cycles=2).execute([log])
     ended = [call for call in log.calls if call.startswith("cycle_ended")]
     assert len(ended) == 2
     assert all(call.startswith(f"cycle_ended FAILURE {reason}") for call in ended)
@@ -148,7 +124,7 @@ def test_stopping_halts_what_runs():
 class Brake:
     """An arm that takes a while to come to rest."""
 
-    def __init__(self, cell: Cell) -> None:
+    def __init__(self, cell: StillCell) -> None:
         self._cell, self._rest = cell, 1e9
 
     @property

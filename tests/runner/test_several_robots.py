@@ -1,7 +1,5 @@
 """Two robots in one cell: each has its own arm and gripper, and behaviours say which."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -132,16 +130,3 @@ def test_what_one_holds_the_other_does_not_and_it_is_an_obstacle_to_it(station, 
     left.arm.move_linear(MIDDLE)  # where it holds the cube up: 30 mm of it below the fingers
     with pytest.raises(MotionError, match="'left' blocks"):
         right.arm.move_to_pose(spatial.pointing_down((0.0, 0.0, 1.1)))
-
-
-def test_both_go_on_from_a_state_bit_for_bit(station, left, right):
-    left.arm.move_to_pose(MIDDLE)
-    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
-    right.gripper.close()
-    station.cell.step(200)
-    state = json.loads(json.dumps(station.get_state()))
-    station.cell.step(200)
-    expected = station.cell.state_bytes()
-    station.set_state(state)
-    station.cell.step(200)
-    assert station.cell.state_bytes() == expected
