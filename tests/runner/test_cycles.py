@@ -1,13 +1,12 @@
 """What a cycle leaves behind, and what the next one finds."""
 
-import os
-
 import pytest
 
 from bt_manip.record import Recorder
-from bt_manip.runner import Reloader, RunObserver, RunRequest, TreeSource, known_behaviours, prepare
+from bt_manip.runner import Reloader, RunRequest, TreeSource, known_behaviours, prepare
 
 from .conftest import Snapshots, continued
+from .test_reloading import Editor
 
 TREE = """<root BTCPP_format="4">
   <BehaviorTree ID="Leave" {attributes}>
@@ -78,22 +77,11 @@ def test_a_run_that_is_resumed_puts_the_cell_back_as_the_whole_run_does(leave):
 
 def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_path, parts):
     path = tmp_path / "leave.xml"
-
-    class Edit(RunObserver):
-        def run_started(self, run):
-            self.run, self.ticks = run, 0
-
-        def before_tick(self):
-            self.ticks += 1
-            if "cube" in self.run.station.cell.entities and path.read_text() != edited:
-                path.write_text(edited)
-                os.utime(path, ns=(1, 1))
-                self.width = self.run.station.gripper.width
-
     run = leave(cycles=1)
     edited = TREE.format(attributes='_results="n sum"', msec=30).replace("<CloseGripper/>", "")
     told = []
-    run.execute([Edit(), Reloader(run.request.tree, known_behaviours(parts), told.append)])
+    reloader = Reloader(run.request.tree, known_behaviours(parts), told.append)
+    run.execute([Editor(path, 5, edited), reloader])
     assert "begins anew" in told[0]
     assert [name for name in run.station.cell.entities if "cube" in name] == ["cube"]
     assert run.station.gripper.width > 0.07

@@ -2,21 +2,10 @@
 
 import pytest
 
-from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, ObjectExists
 from bt_manip.bt import Delay, NodeStatus, Precondition, Sequence, Sleep, Tree
-from bt_manip.runner import Station
-
-
-@pytest.fixture(scope="module")
-def built() -> Station:
-    return build_station()
-
-
-@pytest.fixture
-def station(built: Station) -> Station:
-    built.arm.reset()
-    return built
+from tests.support.notebook import built as built
+from tests.support.notebook import station as station
 
 
 def test_it_steps_until_the_condition_holds_and_no_further(station):
