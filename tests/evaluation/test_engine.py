@@ -112,14 +112,11 @@ def test_an_episode_that_kills_every_process_is_given_up_or_gets_a_result(square
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_what_a_worker_raises_is_raised(squares, workers):
+def test_what_a_worker_or_its_making_raises_is_raised(squares, workers):
     with pytest.raises(BtManipError, match="-1 is negative"):
         list(run_episodes(squares(), [0, -1], workers))
-
-
-def test_what_fails_to_make_a_worker_raises(tmp_path):
     with pytest.raises(TypeError):
-        list(run_episodes(partial(Squares, tmp_path), range(3), 2))
+        list(run_episodes(Squares, range(3), workers))
 
 
 def test_no_process_outlives_the_iteration(squares):

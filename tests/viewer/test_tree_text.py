@@ -4,34 +4,24 @@ from bt_manip.bt import AlwaysFailure, AlwaysSuccess, Fallback, Sequence
 from bt_manip.viewer.terminal_view import tree_lines
 
 
-def tree() -> Sequence:
+def test_children_stand_under_their_parents_with_plain_marks_in_a_plain_terminal():
     left = AlwaysSuccess("left")
     left.feedback_message = "done"
-    return Sequence("all", [left, Fallback("some", [AlwaysFailure("right")])])
+    tree = Sequence("all", [left, Fallback("some", [AlwaysFailure("right")])])
+    statuses = {"all": "RUNNING", "left": "SUCCESS", "some": "RUNNING", "right": "RUNNING"}
 
+    def shown(status_of, **options) -> list[str]:
+        return [line.plain for line in tree_lines(tree, status_of, **options)]
 
-STATUSES = {"all": "RUNNING", "left": "SUCCESS", "some": "RUNNING", "right": "RUNNING"}
-
-
-def status_of(node) -> str:
-    return STATUSES[node.name]
-
-
-def test_children_stand_under_their_parents():
-    lines = [line.plain for line in tree_lines(tree(), status_of)]
-    assert lines == [
+    assert shown(lambda node: statuses[node.name]) == [
         "▶ all Sequence",
         "  ✓ left AlwaysSuccess  done",
         "  ▶ some Fallback",
         "    ▶ right AlwaysFailure",
     ]
-
-
-def test_a_plain_terminal_gets_plain_marks():
-    text = "\n".join(line.plain for line in tree_lines(tree(), status_of, ascii_only=True))
-    assert text.isascii()
-    assert text.splitlines()[1] == "  + left AlwaysSuccess  done"
-    idle = [line.plain for line in tree_lines(tree(), lambda node: "IDLE")]
+    plain = shown(lambda node: statuses[node.name], ascii_only=True)
+    assert plain[1] == "  + left AlwaysSuccess  done" and "".join(plain).isascii()
+    idle = shown(lambda node: "IDLE")
     assert idle[1] == "  · left AlwaysSuccess"  # it says nothing of last time
 
 

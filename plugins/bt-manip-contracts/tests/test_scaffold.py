@@ -22,15 +22,12 @@ def written(tmp_path_factory) -> Path:
     return folder
 
 
-def test_they_lint(written):
-    run_python("-m", "ruff", "check", ".", cwd=written)
+def test_they_lint_with_long_names_too(written, tmp_path):
     run_python("-m", "ruff", "format", "--check", ".", cwd=written)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_another_name_lints_too(kind, tmp_path):
-    write_plugin("a" * 24, kind, tmp_path, load_plugins())
-    run_python("-m", "ruff", "check", ".", cwd=tmp_path)
+    for kind in KINDS:
+        write_plugin("a" * 24, kind, tmp_path / kind, load_plugins())
+    for folder in (written, tmp_path):
+        run_python("-m", "ruff", "check", ".", cwd=folder)
 
 
 @pytest.mark.parametrize("kinds", ["behaviour", pytest.param("*", marks=pytest.mark.soak)])
@@ -96,6 +93,9 @@ def test_what_is_there_already_is_left_alone(tmp_path):
     with pytest.raises(BtManipError, match="already"):
         write_plugin("wheel", "object", tmp_path)
     assert not list((tmp_path / "bt-manip-wheel").iterdir())
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BtManipError, match="cannot write .*bt-manip-wheel.*: "):
+        write_plugin("wheel", "object", tmp_path / "file")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -103,12 +103,6 @@ def test_the_name_of_the_templates_themselves_is_none_of_these_words(kind, tmp_p
     assert (
         write_plugin("gear", kind, tmp_path, load_plugins()) / "tests" / "test_gear.py"
     ).is_file()
-
-
-def test_where_nothing_can_be_written_is_bad_input(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(BtManipError, match="cannot write .*bt-manip-wheel.*: "):
-        write_plugin("wheel", "object", tmp_path / "file")
 
 
 def test_an_interrupt_in_the_middle_leaves_nothing_behind(tmp_path, monkeypatch):
