@@ -11,7 +11,7 @@ from rich.text import Text
 from bt_manip.bt import NodeKind, NodeStatus
 from bt_manip.bt.nodes import TreeNode
 from bt_manip.runner import Run, RunObserver
-from bt_manip.viewer.leaf_lines import INDENT, LeafLines
+from bt_manip.viewer.leaf_lines import LeafLines
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
 
@@ -82,7 +82,7 @@ class TerminalView(RunObserver):
         self._progress.count(self._cycle, status)
         failed = status != "SUCCESS"
         if failed or self._cycles == 1:
-            self._print_leaves()
+            self._leaves.print(self._console)
         self._leaves.begin()
         if failed and self._live is not None:
             line = f"cycle {self._cycle + 1} failed: {reason}"
@@ -91,13 +91,9 @@ class TerminalView(RunObserver):
     def run_ended(self) -> None:
         """Print the leaves of a cycle that did not end, and restore the terminal."""
         live, self._live = self._live, None
-        self._print_leaves()
+        self._leaves.print(self._console)
         if live is not None:
             live.stop()
-
-    def _print_leaves(self) -> None:
-        if lines := self._leaves.take():
-            print_wrapped(self._console, *lines, indent=INDENT)
 
     def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         """Keep the final status of a node: a parent resets its children as soon as it ends."""

@@ -1,5 +1,6 @@
 """Recordings with any content are read or refused with one line."""
 
+import csv
 import json
 import resource
 import subprocess
@@ -17,7 +18,14 @@ from mcap.records import Chunk
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from bt_manip.exceptions import BtManipError
-from bt_manip_recording import Continuation, RecordedRun, RecordedScene, Recording, Timeline
+from bt_manip_recording import (
+    Continuation,
+    RecordedRun,
+    RecordedScene,
+    Recording,
+    Timeline,
+    write_csv,
+)
 from bt_manip_recording.mcap_recorder import SNAPSHOTS
 from bt_manip_recording.protobuf import control_step_class
 
@@ -128,6 +136,13 @@ def test_a_file_of_others_without_a_scene_is_refused(picked, tmp_path, missing):
     path = rewrite(picked, tmp_path / "run.mcap", missing)
     with pytest.raises(BtManipError, match="run.mcap has no complete chunk: it has no scene"):
         RecordedScene(Recording(path))
+
+
+def test_the_states_of_a_page_without_forces_are_exported(picked, tmp_path):
+    path = rewrite(picked, tmp_path / "run.mcap", "/robots/panda/state")
+    write_csv(Recording(path), tmp_path / "run.csv")
+    header, first, *_ = csv.reader((tmp_path / "run.csv").read_text().splitlines())
+    assert dict(zip(header, first, strict=True))["panda/force_x"] == ""
 
 
 def chunk_file(path, compression, data, size):
