@@ -21,7 +21,6 @@ HOPELESS = 120.0
 
 
 def rows_in(folder: Path) -> int:
-    """Count the results in a folder that another process writes."""
     journal = folder / JOURNAL
     latest = journal.read_bytes().count(b"\n") if journal.exists() else 0
     return latest + sum(parquet.read_metadata(p).num_rows for p in folder.glob("part-*"))

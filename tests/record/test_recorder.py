@@ -152,7 +152,6 @@ def test_a_cube_that_is_still_held_is_placed_nowhere(record, goal, met, placed):
 
 
 def weaken(cell, **_) -> None:
-    """Take 70 % of the force of the gripper."""
     for i in range(cell.model.nu):
         if "finger" in cell.model.actuator(i).name:
             cell.model.actuator_gainprm[i] *= 0.3
@@ -214,8 +213,6 @@ def test_a_failed_tree_keeps_its_reason_beside_that_of_the_goal(record):
 
 
 class Policy(Wait):
-    """A leaf that fails at its last tick."""
-
     reports_time = True
 
     def update(self) -> Status:

@@ -50,7 +50,6 @@ class Operator:
         names: tuple[str, str] = ("fr3", "franka"),
         task: tuple[str, str] = ("pick_place", "operator"),
     ) -> None:
-        """Start the process."""
         self._robot, self._cell = robot, cell
         self.before_answer: Callable[[], object] = lambda: None
         self.placed: list[str] = []
@@ -87,7 +86,6 @@ class Operator:
         return self.output + self.process.stdout.read().decode()
 
     def end(self, seconds: float = 120.0) -> int:
-        """Answer until the process has ended; return its exit code."""
         self.until("", seconds)
         return self.process.wait(20.0)
 
@@ -98,7 +96,6 @@ class Operator:
         self._robot.ask("take", body=name)
 
     def put(self, name: str) -> None:
-        """Put an object where the scene says, and confirm it."""
         pose = self._cell.objects[name]
         quat = spatial.quat_wxyz(pose).tolist()
         self._robot.ask("place", body=name, position=pose.translation.tolist(), quat=quat)

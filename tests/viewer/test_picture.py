@@ -31,7 +31,6 @@ def project(cell: Cell, camera: str, point: np.ndarray) -> tuple[int, int]:
 
 
 def blue(picture: np.ndarray) -> np.ndarray:
-    """Tell which pixels are much bluer than red."""  # (height, width)
     return picture[..., 2].astype(int) - picture[..., 0] > 60
 
 

@@ -53,12 +53,10 @@ def groot2() -> Path:
 
 @pytest.fixture(scope="session")
 def station(parts):
-    """Give the station of all runs: each begins a cycle in it."""
     return build_station(parts)
 
 
 def run_of(station: Station, tree: Tree, **request: Any) -> Run:
-    """Give a run of a tree in a station."""
     tree.clock = station.clock
     tree.setup(**station.infrastructure)
     return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
@@ -80,7 +78,6 @@ class Steps(RunObserver):
         self.done.release()
 
     def tick(self, count: int = 1) -> None:
-        """Allow ticks and wait for their end."""
         for _ in range(count):
             self.start_tick()
             self.wait()
@@ -114,7 +111,6 @@ class Watched:
         self.client = Client(self.port)
 
     def stop(self) -> None:
-        """End the run."""
         self._stopped = self.steps.free = True
         self._thread.join(20)
         assert not self._thread.is_alive()
@@ -123,7 +119,6 @@ class Watched:
 
 @pytest.fixture
 def watch(station):
-    """Give a function that starts a run of a tree; it waits for `steps`."""
     started = []
 
     def start(tree) -> Watched:

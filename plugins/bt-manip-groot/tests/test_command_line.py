@@ -19,7 +19,6 @@ TREE = (
 
 @pytest.fixture
 def path(tmp_path):
-    """Give the file of an endless tree."""
     (tmp_path / "rest.xml").write_text(TREE)
     return tmp_path / "rest.xml"
 

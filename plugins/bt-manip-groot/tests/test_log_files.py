@@ -101,8 +101,6 @@ def test_a_log_ends_when_the_tree_is_replaced(station, tmp_path):
     tree = Tree(Sequence(Sleep(msec=20)))
 
     class Replace(BtlogRecorder):
-        """Replaces the tree by a larger one."""
-
         def cycle_started(self, cycle):
             super().cycle_started(cycle)
             if cycle == 1:
@@ -133,7 +131,6 @@ def test_a_full_disk_is_one_error_and_a_database_does_not_replace_a_pipe(station
 
 @pytest.fixture(scope="module")
 def recorded(station, tmp_path_factory):
-    """Record a run as MCAP and as logs; give the folder."""
     folder = tmp_path_factory.mktemp("recorded")
     logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
     observers = *logs, McapRecorder(folder / "run.mcap")

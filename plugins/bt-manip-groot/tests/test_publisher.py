@@ -159,7 +159,6 @@ def test_only_loopback_is_listened_to(watch, small_tree):
 
 
 def messages(number):
-    """Give malformed requests of many kinds."""
     rng = random.Random(1)
     kinds = b"TSBIRUDAXrtN\0\xff"
     names = ("uid", "position", "mode", "enabled", "once", "desired_status", "remove_when_done")
@@ -196,7 +195,6 @@ def well_formed(body):
 
 
 def digest_of(make_run, *observers):
-    """Run a motion and give the digest of all states."""
     recorder = Recorder("test", 0)
     move = MoveToConfiguration(configuration=[0.5, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8])
     make_run(Sequence(move, MoveHome())).execute([recorder, *observers])
@@ -212,8 +210,6 @@ def test_malformed_messages_get_errors_and_leave_the_run_as_it_is(
     replies = []
 
     class Attack(RunObserver):
-        """Sends messages while the run goes on."""
-
         def run_started(self, run):
             self.thread = threading.Thread(target=self.send)
             self.thread.start()

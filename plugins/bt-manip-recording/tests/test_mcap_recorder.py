@@ -60,8 +60,6 @@ def coming_and_going(rest: int = 1000) -> Node:
 
 
 class Watch(RunObserver):
-    """Keep what the recording should hold."""
-
     def run_started(self, run):
         self.station = run.station
         self.steps, self.poses, self.wrenches, self.free = [], [], [], []
@@ -82,7 +80,6 @@ class Watch(RunObserver):
 
 @pytest.fixture(scope="module")
 def recorded(make_run, tmp_path_factory):
-    """Record a run once: the file, and what an observer saw."""
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
     watch, recorder = Watch(), Recorder("test", 7)
     make_run(coming_and_going(), seed=7).execute([watch, recorder, McapRecorder(path)])
