@@ -169,17 +169,17 @@ class Jerks(ComputedTorque):
 class Thing(composer.Entity):
     """An object made of whatever is asked for."""
 
-    kind = "thing"
-    category = "thing"
+    kind = category = "thing"
     free = True
 
-    def _build(self, rest_height=0.02, shape="box", mass=0.1, tilt=0.0, inertia=None, hint=None):
-        self.parameters = {"shape": shape, "mass": mass}
+    parameters: ClassVar = {}
+
+    def _build(self, rest_height=0.02, tilt=0.0):
         self.rest_height = rest_height
         self.root = mjcf.RootElement(model="thing")
         body = self.root.worldbody.add("body", name="body")
         body.add(
-            "geom", type=shape, size=(0.02, 0.02, 0.02), mass=mass, euler=(tilt, 0, 0),
+            "geom", type="box", size=(0.02, 0.02, 0.02), mass=0.1, euler=(tilt, 0, 0),
             solref=(0.004, 1),
         )  # fmt: skip
 
