@@ -6,7 +6,6 @@ from bt_manip.behaviours import ObjectExists
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.cell import CellError, NoOpenGLError
 from bt_manip.cell import cell as cell_module
-from bt_manip.exceptions import BtManipError
 from bt_manip.runner import html_table
 from tests.support.notebook import built as built
 from tests.support.notebook import station as station
@@ -41,8 +40,3 @@ def test_a_result_shows_status_reason_and_duration(station):
     result = station.run(Sequence(Sleep(msec=30), ObjectExists("check", object="cup")))
     assert result.duration == pytest.approx(0.030) and result.recording is None
     assert words(result._repr_html_()) == f"FAILURE reason {result.reason} duration 0.03 s"
-
-
-def test_a_file_that_no_recorder_writes_is_refused(station, tmp_path):
-    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are none"):
-        station.run(Sleep(msec=10), record=tmp_path / "run.txt")

@@ -61,17 +61,7 @@ def test_robots_that_cannot_be_told_apart_are_refused(robots, message):
         Scene(robots)
 
 
-def test_two_robots_inside_each_other_are_refused(parts):
-    with pytest.raises(BtManipError, match="inside"):
-        build_station(parts, scene=Scene((SceneRobot(ORIGIN, "a"), SceneRobot(ORIGIN, "b"))))
-
-
 # Which robot a behaviour means
-
-
-def test_a_behaviour_that_names_no_robot_is_refused_before_anything_moves(station):
-    with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right'; select one"):
-        set_up(station, MoveHome())
 
 
 def test_a_behaviour_that_takes_the_only_arm_is_refused_where_there_are_two(station):
