@@ -85,11 +85,3 @@ def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_pat
     assert "begins anew" in told[0]
     assert [name for name in run.station.cell.entities if "cube" in name] == ["cube"]
     assert run.station.gripper.width > 0.07
-
-
-def test_the_results_of_a_tree_are_in_the_report(leave):
-    recorder = Recorder("leave", 0)
-    leave('_results="n sum lost"', cycles=2).execute([recorder])
-    assert [one.results for one in recorder.report().cycles] == 2 * [
-        {"n": 7, "sum": 1.5, "lost": None}
-    ]
