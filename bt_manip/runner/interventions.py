@@ -140,8 +140,7 @@ class Interventions:
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        # "pulls": snapshots of older versions
-        self.perturbations.set_state(state.get("perturbations", state.get("pulls", [])))
+        self.perturbations.set_state(state.get("perturbations", []))
 
     # Internal
 

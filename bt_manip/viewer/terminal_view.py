@@ -1,7 +1,7 @@
 """The live view of a run in a terminal."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rich.console import Console, Group
@@ -101,12 +101,9 @@ class TerminalView(RunObserver):
         if new.name != "IDLE" or old.name == "RUNNING":
             self._statuses[behaviour] = new.name
 
-    def _status_of(self, behaviour: Any) -> str:
-        return self._statuses.get(behaviour, "IDLE")
-
     def _picture(self, now: float) -> Group:
         run = self._run
-        lines = list(tree_lines(run.tree.root, self._status_of, ascii_only=self._ascii))
+        lines = list(tree_lines(run.tree.root, self._statuses, ascii_only=self._ascii))
         head = [self._headline(now)]
         if progress := str(self._progress):
             head.append(Text(progress, style="cyan", no_wrap=True, overflow="ellipsis"))
@@ -130,13 +127,15 @@ class TerminalView(RunObserver):
         return line
 
 
-def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterator[Text]:
+def tree_lines(
+    root: Any, statuses: Mapping[Any, str], *, ascii_only: bool = False
+) -> Iterator[Text]:
     """Yield a line for each node, children below their parents, with the mark of its status."""
     # A stack instead of recursion: a tree may be deeper than Python's stack.
     stack = [(root, 0)]
     while stack:
         node, depth = stack.pop()
-        status = status_of(node)
+        status = statuses.get(node, "IDLE")
         if status == "FAILURE" and getattr(node, "kind", None) is NodeKind.CONDITION:
             status = "NO"
         mark, style = MARKS.get(status, ("?", "dim"))
