@@ -22,14 +22,7 @@ from bt_manip.behaviours import (
     RemoveObject,
     SpawnObject,
 )
-from bt_manip.bt import (
-    Action,
-    Fallback,
-    Node,
-    ScriptCondition,
-    Sequence,
-    Status,
-)
+from bt_manip.bt import Action, Fallback, Node, ScriptCondition, Sequence, Status
 from bt_manip.cell import Cube, PhysicsDiverged
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import GrippedObject, LeafTime, RunReport

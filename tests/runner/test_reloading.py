@@ -7,14 +7,7 @@ import pytest
 from bt_manip.bt import BehaviourRegistry
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
-from bt_manip.runner import (
-    Run,
-    RunObserver,
-    RunRequest,
-    TreeSource,
-    known_behaviours,
-    prepare,
-)
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, known_behaviours, prepare
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
 from tests.support.runs import Listener

@@ -14,13 +14,7 @@ from bt_manip.cell import PhysicsDiverged
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import check_downloads
 from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import (
-    Run,
-    RunObserver,
-    load_snapshot,
-    prepare,
-    save_snapshot,
-)
+from bt_manip.runner import Run, RunObserver, load_snapshot, prepare, save_snapshot
 from bt_manip.runner.request import SCENE
 from bt_manip.scenes import SceneObject, table_and_basket
 from bt_manip.spatial import pose

@@ -150,8 +150,7 @@ def test_logs_of_a_recording_are_those_of_the_run(bt_manip, recorded, tmp_path):
     rows = []
     for path in (recorded / "live.db3", tmp_path / "run.db3"):
         changes = read_database(
-            path,
-            "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp",
+            path, "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp"
         )
         nodes = read_database(path, "SELECT * FROM Nodes")
         xml = read_database(path, "SELECT xml_tree FROM Definitions")

@@ -14,14 +14,7 @@ from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.cell import parse_size
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import Parameter
-from bt_manip.record import (
-    identify,
-    is_special,
-    live_state,
-    take_snapshot,
-    versions,
-    whole_file,
-)
+from bt_manip.record import identify, is_special, live_state, take_snapshot, versions, whole_file
 from bt_manip.runner import PendingSteps, Run, RunEvent, RunObserver, StepLog
 from bt_manip_recording.log_lines import log_line
 from bt_manip_recording.tool_paths import tool_path
