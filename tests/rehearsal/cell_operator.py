@@ -32,12 +32,6 @@ class Operator:
         cycles: Cycles of the tree.
         names: Names of the robot and of its backend.
         task: Names of the tree and of the source of poses.
-
-    Attributes:
-        output: What it has printed.
-        before_answer: Called when an object is where it was asked for.
-        placed: Objects that lay in the basket when they were to be taken away, by the state of the
-            simulated robot.
     """
 
     def __init__(
@@ -51,8 +45,8 @@ class Operator:
         task: tuple[str, str] = ("pick_place", "operator"),
     ) -> None:
         self._robot, self._cell = robot, cell
-        self.before_answer: Callable[[], object] = lambda: None
-        self.placed: list[str] = []
+        self.before_answer: Callable[[], object] = lambda: None  # when an object is in its place
+        self.placed: list[str] = []  # that lay in the simulated basket when they were taken away
         self.output = ""
         command = [
             sys.executable, "-m", "bt_manip", "run", task[0], "--robot", names[0],

@@ -22,7 +22,6 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
@@ -41,7 +40,7 @@ from bt_manip_recording import (
     read_trace,
     write_npz,
 )
-from bt_manip_recording.foxglove import SceneMessages, serialized_points
+from bt_manip_recording.foxglove import SceneMessages
 from bt_manip_recording.mcap_file import BlockWriter, McapFile
 from tests.support.runs import Listener
 
@@ -361,12 +360,6 @@ def test_a_killed_run_loses_at_most_a_second(tmp_path):
     assert recording.end >= last - 0.2
     assert recording.identity["tree"] == "test"
     assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Sleep"
-
-
-def test_points_of_meshes_are_serialized_as_protobuf_does():
-    points = np.array([[0.0, -1.0, 0.5], [1e-9, 2.0, 3.0]], dtype=np.float32)
-    read_back = TriangleListPrimitive.FromString(serialized_points(points)).points
-    np.testing.assert_array_equal([[p.x, p.y, p.z] for p in read_back], points)
 
 
 def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, monkeypatch):
