@@ -93,7 +93,7 @@ def test_json_lines_have_a_type_each_and_hold_a_cycle_at_once(opened, tmp_path):
     assert lines[-1]["status"] == "SUCCESS"
 
 
-def test_json_is_rewritten_at_most_once_a_period(opened, tmp_path, monkeypatch):
+def test_json_is_rewritten_once_a_period_also_if_the_run_hangs(opened, tmp_path, monkeypatch):
     monkeypatch.setattr(report_file, "PERIOD", 0.1)
     file, versions = opened("report.json"), set()
     start = time.monotonic()
@@ -103,15 +103,8 @@ def test_json_is_rewritten_at_most_once_a_period(opened, tmp_path, monkeypatch):
         versions.add((tmp_path / "report.json").stat().st_mtime_ns)
     elapsed = time.monotonic() - start
     assert 2 <= len(versions) <= elapsed / 0.1 + 1
-
-
-def test_json_that_is_due_is_written_also_if_the_run_hangs(opened, tmp_path, monkeypatch):
-    monkeypatch.setattr(report_file, "PERIOD", 0.05)
-    file = opened("report.json")
-    for cycles in range(4):
-        file.update(report(cycles))
     time.sleep(0.2)
-    assert len(read_report(tmp_path / "report.json").cycles) == 3
+    assert len(read_report(tmp_path / "report.json").cycles) == 59
 
 
 def test_a_pipe_takes_one_json_object(opened, tmp_path):

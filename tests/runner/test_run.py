@@ -4,7 +4,16 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_manip.bt import Action, AlwaysFailure, AlwaysSuccess, Sequence, Sleep, Status, Tree
+from bt_manip.bt import (
+    Action,
+    AlwaysFailure,
+    AlwaysSuccess,
+    NodeStatus,
+    Sequence,
+    Sleep,
+    Status,
+    Tree,
+)
 from bt_manip.runner import Run, RunModifier, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.loop import Pacing
 
@@ -84,13 +93,8 @@ def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows(root, r
 
 
 def test_without_an_end_it_goes_on_until_it_is_stopped():
-    asked, log = [], Log()
-
-    def stop() -> bool:
-        asked.append(True)
-        return len(asked) > 50
-
-    make(AlwaysSuccess(), cycles=0).execute([log], stop=stop)
+    left, log = iter(range(50)), Log()
+    make(AlwaysSuccess(), cycles=0).execute([log], stop=lambda: next(left, None) is None)
     assert len([c for c in log.calls if c.startswith("cycle_started")]) == 51
     assert log.calls[-1] == "run_ended"
 
@@ -106,19 +110,9 @@ def test_ten_cycles_in_a_row_that_fail_at_once_end_the_run(msec, cycles):
 
 
 def test_stopping_halts_what_runs():
-    class Work(Action):
-        halted = False
-
-        def update(self):
-            return Status.RUNNING
-
-        def terminate(self, new_status):
-            self.halted = new_status is Status.INVALID
-
-    work = Work()
-    ticks = iter([False, False, True])
-    make(Sequence(work)).execute(stop=lambda: next(ticks))
-    assert work.halted
+    run, ticks = make(Sequence(Sleep("rest", msec=1000))), iter([False, False, True])
+    run.execute(stop=lambda: next(ticks))
+    assert run.tree.statuses() == bytes([NodeStatus.IDLE] * 2)
 
 
 class Brake:
