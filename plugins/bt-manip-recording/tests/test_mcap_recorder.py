@@ -26,8 +26,7 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
-from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
+from bt_manip.bt import AlwaysFailure, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder, RecordingError
 from bt_manip.runner import RunObserver
@@ -42,20 +41,8 @@ from bt_manip_recording import (
 )
 from bt_manip_recording.foxglove import SceneMessages
 from bt_manip_recording.mcap_file import BlockWriter, McapFile
+from tests.support.recorded import coming_and_going
 from tests.support.runs import Listener
-
-
-def coming_and_going(rest: int = 1000) -> Node:
-    """Return a task in which an object comes, stays while the arm rests [ms], and goes."""
-    return Sequence(
-        "root",
-        Script(code="speed := 0.5"),
-        SpawnObject(object="{cube}"),
-        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep("rest", msec=rest),
-        RemoveObject(object="{cube}"),
-        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
-    )
 
 
 class Watch(RunObserver):
@@ -81,7 +68,7 @@ class Watch(RunObserver):
 def recorded(make_run, tmp_path_factory):
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
     watch, recorder = Watch(), Recorder("test", 7)
-    make_run(coming_and_going(), seed=7).execute([watch, recorder, McapRecorder(path)])
+    make_run(coming_and_going(rest=1000), seed=7).execute([watch, recorder, McapRecorder(path)])
     watch.digest = recorder.report().state_digest
     return path, watch
 
@@ -188,7 +175,7 @@ def test_the_same_run_on_another_date_gives_the_same_messages(
     make_run, recorded, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(mcap_recorder, "datetime", Mock(now=lambda tz: datetime(2024, 3, 1)))
-    make_run(coming_and_going(), seed=7).execute([McapRecorder(tmp_path / "again.mcap")])
+    make_run(coming_and_going(rest=1000), seed=7).execute([McapRecorder(tmp_path / "again.mcap")])
     contents = []
     for path in (recorded[0], tmp_path / "again.mcap"):
         contents.append({})
@@ -436,5 +423,5 @@ def test_plugins_add_messages_of_their_own_after_each_tick(make_run, tmp_path):
 
 def test_a_recorded_run_keeps_its_digest(make_run, recorded):
     recorder = Recorder("test", 7)
-    make_run(coming_and_going(), seed=7).execute([recorder])
+    make_run(coming_and_going(rest=1000), seed=7).execute([recorder])
     assert recorder.report().state_digest == recorded[1].digest

@@ -16,9 +16,8 @@ from bt_manip_recording import (
     Timeline,
     mcap_file,
 )
+from tests.support.recorded import coming_and_going
 from tests.support.runs import Listener
-
-from .test_mcap_recorder import coming_and_going
 
 
 class States(RunObserver):
