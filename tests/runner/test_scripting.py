@@ -2,8 +2,8 @@
 
 import pytest
 
-from bt_manip.behaviours import MoveHome, ObjectExists
-from bt_manip.bt import Delay, NodeStatus, Precondition, Sequence, Sleep, Tree
+from bt_manip.behaviours import ObjectExists
+from bt_manip.bt import NodeStatus, Precondition, Sequence, Sleep, Tree
 from tests.support.notebook import built as built
 from tests.support.notebook import station as station
 
@@ -27,12 +27,6 @@ def test_a_tree_runs_to_its_end_by_simulated_time_in_ticks_of_the_length_asked_f
         rest = Tree(Sequence("wait", Sleep("rest", msec=40)), clock=station.clock)
         assert station.run(rest, tick=tick).status is NodeStatus.SUCCESS
         assert station.cell.time == pytest.approx(start + duration)
-
-
-def test_a_behaviour_runs_as_a_tree_of_its_own(station):
-    start = station.cell.time
-    assert station.run(Delay("wait", MoveHome(), delay_msec=30)).status is NodeStatus.SUCCESS
-    assert station.cell.time == pytest.approx(start + 0.030, abs=0.011)
 
 
 def test_a_result_says_how_a_tree_ended_and_why(station):

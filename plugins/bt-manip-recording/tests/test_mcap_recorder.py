@@ -260,17 +260,16 @@ def test_a_chunk_has_the_messages_of_a_second(tmp_path, monkeypatch):
     assert [chunk.message_end_time for chunk in chunks] == [10**9, 2 * 10**9, 249 * 10**7]
 
 
-def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):
+def test_a_full_disk_is_an_error_at_the_end_of_the_run_and_a_missing_folder_before(
+    make_run, tmp_path
+):
+    with pytest.raises(BtManipError, match="'.*/missing/run.mcap' cannot be written"):
+        make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "missing" / "run.mcap")])
     run, events = make_run(Sleep("rest", msec=1500)), []
     with pytest.raises(RecordingError, match="'/dev/full' cannot be written: No space left"):
         run.execute([Listener(events, McapRecorder.kinds), McapRecorder(Path("/dev/full"))])
     assert events[-1].data["status"] == "SUCCESS"
     assert not Path("/dev/full.layout.json").exists()
-
-
-def test_an_unwritable_file_is_an_error_that_names_it(make_run, tmp_path):
-    with pytest.raises(BtManipError, match="'.*/missing/run.mcap' cannot be written"):
-        make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "missing" / "run.mcap")])
 
 
 # Recordings that were cut
