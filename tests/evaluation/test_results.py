@@ -87,6 +87,8 @@ def test_a_file_of_another_evaluation_in_the_folder_is_refused(folder, tmp_path)
     for read in (folder, lambda: read_results(tmp_path / "out")):
         with pytest.raises(BtManipError, match="part-00000.parquet' is of another eval.* seed 3"):
             read()
+    part.unlink()
+    folder().close()  # the one that was refused does not write it
 
 
 def test_a_folder_has_one_writer_and_its_results(folder, tmp_path):
