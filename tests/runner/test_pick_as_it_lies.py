@@ -6,7 +6,7 @@ import trimesh
 
 from bt_manip import build_station, spatial
 from bt_manip.behaviours import Grasp, Hover, IsHolding, Lift, Reach
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt import Sequence
 from bt_manip.cell import objects
 
 PICKS = 20
@@ -53,14 +53,8 @@ def drop_it(station, thing, rng):
 
 def why_not(station):
     """Pick what lies there; give the reason when that fails."""
-    for behaviour in (
-        Hover(object="it", height=0.3), Reach(object="it"), Grasp(object="it"), Lift(height=0.15),
-        IsHolding(object="it"),
-    ):  # fmt: skip
-        tree = Tree(behaviour, clock=station.clock)
-        if station.run(tree, timeout=10.0).status is not NodeStatus.SUCCESS:
-            return tree.failure_reason()
-    return ""
+    reach = Hover(object="it", height=0.3), Reach(object="it"), Grasp(object="it")
+    return station.run(Sequence(*reach, Lift(height=0.15), IsHolding(object="it"))).reason
 
 
 @pytest.mark.soak
