@@ -13,6 +13,7 @@ from bt_manip.registry import Parts
 from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, find_tree, prepare
 from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
+from tests.support.program import task as task
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,7 @@ from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
 from .conftest import Snapshots, continued
 
-TREE = """
-<root BTCPP_format="4"><BehaviorTree ID="Switched"><Sequence>
+ROOT = """<Sequence>
   <Approach distance="0.1"/>
   <SwitchController controller="gravity_compensated_pd"/>
   <Lift height="0.1" speed="0.5"/>
@@ -21,19 +20,17 @@ TREE = """
   <Approach distance="0.1"/>
   <SwitchController controller="gravity_compensated_pd"/>
   {last}
-</Sequence></BehaviorTree></root>
-"""
+</Sequence>"""
 
 
-def run_of(parts, tmp_path, last="<MoveHome/>", **request):
-    tree = tmp_path / "switched.xml"
-    tree.write_text(TREE.format(last=last))
+def run_of(parts, task, last="<MoveHome/>", **request):
+    tree = task(ROOT.format(last=last))
     return prepare(RunRequest(find_tree(str(tree), {}), **request), parts)
 
 
-def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, tmp_path):
+def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, task):
     recorder, snapshots = Recorder("", 0), Snapshots()
-    run_of(parts, tmp_path).execute([recorder, snapshots])
+    run_of(parts, task).execute([recorder, snapshots])
     (cycle,) = recorder.report().cycles  # the figures are those of the active controller
     assert cycle.saturated_steps == 0
     assert cycle.limits.effort < 1.0
@@ -46,12 +43,12 @@ def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, tm
     switched = active.index(other)
     assert controllers[switched + 4]["controller"]["transfer_steps"] == 50
     for tick in (switched + 4, -3):
-        digest = continued(run_of(parts, tmp_path), snapshots.taken[tick])
+        digest = continued(run_of(parts, task), snapshots.taken[tick])
         assert digest == recorder.report().state_digest
 
 
-def test_each_cycle_begins_with_the_robots_own_controller(parts, tmp_path):
-    run = run_of(parts, tmp_path, "<AlwaysFailure/>", cycles=2)
+def test_each_cycle_begins_with_the_robots_own_controller(parts, task):
+    run = run_of(parts, task, "<AlwaysFailure/>", cycles=2)
     began = []
 
     class Begin(RunObserver):

@@ -12,6 +12,7 @@ from bt_manip.bt import Action, BehaviourRegistry, Blackboard, Input, Status, Tr
 from bt_manip.runner import Run, RunObserver, RunRequest, Station, TreeSource
 from bt_manip_groot.publisher import GrootPublisher
 from tests.support.program import bt_manip as bt_manip
+from tests.support.program import task as task
 from tests.support.runs import make_run as make_run
 from tests.support.runs import shared_stations as shared_stations
 from tests.support.runs import station_pool as station_pool
