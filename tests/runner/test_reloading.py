@@ -24,13 +24,6 @@ DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
 </root>"""
 
 
-REMOVING = """<root BTCPP_format="4">
-  <BehaviorTree ID="Main">
-    <Sequence><RemoveObject object="{name}"/><Sleep msec="{msec}"/></Sequence>
-  </BehaviorTree>
-</root>"""
-
-
 class Editor(RunObserver):
     def __init__(self, path, at, text):
         self.path, self.at, self.text, self.ticks = path, at, text, 0
@@ -93,16 +86,17 @@ def test_what_an_edit_can_never_run_is_told_and_it_begins(tmp_path):
         ("basket", "was edited; the tree begins anew"),  # removed meanwhile, and there at the start
         (
             "baskt",
-            ":3:15: port 'object' of RemoveObject: no object 'baskt'; did you mean 'basket'?",
+            ":3:11: port 'object' of RemoveObject: no object 'baskt'; did you mean 'basket'?",
         ),
     ],
 )
-def test_an_edit_names_the_objects_of_the_start(tmp_path, parts, name, ends):
-    path, told = tmp_path / "task.xml", []
-    path.write_text(REMOVING.format(name="basket", msec=100))
+def test_an_edit_names_the_objects_of_the_start(task, parts, name, ends):
+    path = task('<Sequence><RemoveObject object="basket"/><Sleep msec="100"/></Sequence>')
     made = prepare(RunRequest(TreeSource("task", "xml", path=path)), parts)
+    told = []
     reloader = Reloader(made.request.tree, known_behaviours(parts), told.append)
-    editor = Editor(path, 3, REMOVING.format(name=name, msec=30))
+    edited = path.read_text().replace("basket", name).replace("100", "30")
+    editor = Editor(path, 3, edited)
     made.execute([editor, reloader])
     assert [line.removeprefix(str(path)).strip() for line in told] == [ends]
     assert made.station.cell.time == pytest.approx(0.1 if name == "baskt" else 0.05, abs=0.02)
