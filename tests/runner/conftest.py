@@ -10,7 +10,7 @@ from bt_manip.record import take_snapshot
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
-from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import Hardware, Run, RunObserver, prepare, request_of
 from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
 from tests.support.program import task as task
@@ -69,13 +69,9 @@ def still_station() -> SimpleNamespace:
     )  # fmt: skip
 
 
-def request_of_tree(parts: Parts, tree: str, **request) -> RunRequest:
-    return RunRequest(find_tree(tree, {n: parts.trees.get(n) for n in parts.trees}), **request)
-
-
 def report_of(parts: Parts, tree: str, *observers: RunObserver, **request) -> RunReport:
     recorder = Recorder(tree, request.get("seed", 0))
-    prepare(request_of_tree(parts, tree, **request), parts).execute([recorder, *observers])
+    prepare(request_of(tree, parts, **request), parts).execute([recorder, *observers])
     return recorder.report()
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from bt_manip.record import take_snapshot
 from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunObserver, prepare
+from bt_manip.runner import RunObserver, prepare, request_of
 
-from .conftest import continued, request_of_tree
+from .conftest import continued
 
 RADIUS = 0.35  # [m]
 
@@ -28,7 +28,7 @@ class Blends(RunObserver):
 
 def request(parts, cycles, seed=0):
     settings = {"blend_radius": str(RADIUS)}
-    return request_of_tree(parts, "pick_place", cycles=cycles, seed=seed, settings=settings)
+    return request_of("pick_place", parts, cycles=cycles, seed=seed, settings=settings)
 
 
 def report_of(run, *observers):

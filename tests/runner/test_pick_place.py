@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.runner import Run, RunObserver
+from bt_manip.runner import Run, RunObserver, request_of
 from bt_manip_recording import Trace
 
-from .conftest import report_of, request_of_tree
+from .conftest import report_of
 
 CYCLES = 2
 
@@ -78,7 +78,7 @@ def test_the_trace_has_every_millisecond_and_the_reference_is_one_motion(traced)
 
 
 def test_the_same_tree_in_python_is_the_same_run(parts, traced):
-    document = request_of_tree(parts, "pick_place").tree.path
+    document = request_of("pick_place", parts).tree.path
     in_python = report_of(parts, f"{document.with_suffix('.py')}:pick_place")
     assert in_python.state_digest == traced.first
 

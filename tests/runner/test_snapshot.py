@@ -14,17 +14,16 @@ from bt_manip.cell import PhysicsDiverged
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import check_downloads
 from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import Run, RunObserver, load_snapshot, prepare, save_snapshot
-from bt_manip.runner.request import SCENE
+from bt_manip.runner import Run, RunObserver, load_snapshot, prepare, request_of, save_snapshot
 from bt_manip.scenes import SceneObject, table_and_basket
 from bt_manip.spatial import pose
 from tests.support.runs import Listener
 
-from .conftest import Snapshots, continued, request_of_tree
+from .conftest import Snapshots, continued
 
 
-def make(parts, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> Run:
-    return prepare(request_of_tree(parts, tree, scene=scene, cycles=cycles), parts)
+def make(parts, tree: str = "pick_place") -> Run:
+    return prepare(request_of(tree, parts), parts)
 
 
 def whole(run: Run, **options) -> tuple[str, list[dict]]:
@@ -34,14 +33,14 @@ def whole(run: Run, **options) -> tuple[str, list[dict]]:
 
 
 def test_a_run_that_continues_from_a_file_ends_with_the_same_digest(parts, tmp_path):
-    digest, snapshots = whole(make(parts, 1))
+    digest, snapshots = whole(make(parts))
     for tick in (163, 250, -1):  # around the cube, over the basket, and at the end
         save_snapshot(tmp_path / "tick.json", snapshots[tick])
-        assert continued(make(parts, 1), load_snapshot(tmp_path / "tick.json")) == digest
+        assert continued(make(parts), load_snapshot(tmp_path / "tick.json")) == digest
 
 
 def test_a_run_with_two_robots_continues_from_a_snapshot_while_both_move(parts):
-    one, other = (make(parts, 1, "two_arms", "two_arms") for _ in range(2))
+    one, other = (make(parts, "two_arms") for _ in range(2))
 
     def late(run: Run) -> bool:
         return run.station.cell.time > 1.3

@@ -16,8 +16,7 @@ from .conftest import report_of
 
 
 def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
-    scene = parts.tree_defaults["two_arms"].scene
-    return report_of(parts, "two_arms", *observers, scene=scene, cycles=cycles, seed=1)
+    return report_of(parts, "two_arms", *observers, cycles=cycles, seed=1)
 
 
 @pytest.fixture(scope="module")
