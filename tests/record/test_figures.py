@@ -148,9 +148,6 @@ def test_a_joint_without_bounds_uses_none_of_its_range():
     assert statistics.limit_use.velocity == 0.5
 
 
-# A cycle over all robots
-
-
 STILL = RobotCycle(("mug",), 10.0, max_torque_rate_nm_s=5.0)
 MOVED = RobotCycle(("cube", "mug"), 20.0, max_tracking_error_rad=0.01, max_deflection_rad=0.2)
 

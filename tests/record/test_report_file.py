@@ -117,9 +117,6 @@ def test_a_pipe_takes_one_json_object(opened, tmp_path):
     os.close(reader)
 
 
-# Full disks
-
-
 @FORMATS
 def test_a_full_disk_costs_only_the_cycles_after_it(
     opened, tmp_path, file_size_limit, monkeypatch, name
@@ -169,9 +166,6 @@ def test_a_file_that_was_deleted_is_an_error(opened, tmp_path):
     (tmp_path / "report.jsonl").unlink()
     with pytest.raises(RecordingError, match="it was deleted; cycle 1 is the first that is lost"):
         file.close(report(1))
-
-
-# Reading
 
 
 @pytest.mark.parametrize("cut", [1, 10, 200])

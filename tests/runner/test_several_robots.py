@@ -26,9 +26,6 @@ BESIDE = spatial.pointing_down((0.0, 0.3, 1.2))
 ORIGIN = spatial.pose((0.0, 0.0, 0.0))
 
 
-# What a station with several robots is
-
-
 def test_each_robot_of_a_scene_has_a_name_an_arm_a_controller_and_a_gripper(station):
     assert list(station.robots) == ["left", "right"]
     assert station.robot is station.robots["left"].robot  # the first, for scripts with one robot
@@ -59,9 +56,6 @@ def test_each_robot_has_the_description_controller_and_planner_of_the_scene(part
 def test_robots_that_cannot_be_told_apart_are_refused(robots, message):
     with pytest.raises(BtManipError, match=message):
         Scene(robots)
-
-
-# Which robot a behaviour means
 
 
 def test_a_behaviour_that_takes_the_only_arm_is_refused_where_there_are_two(station):

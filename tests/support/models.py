@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-SHARED = Path(__file__).resolve().parents[3] / "shared"
-"""Folder beside the checkout."""
+SHARED = Path(__file__).resolve().parents[3] / "shared"  # beside the checkout
 
 ROBOTS = Path(__file__).with_name("robots")
 """Models and descriptions of arms that tests of several packages use."""

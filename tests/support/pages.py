@@ -21,8 +21,7 @@ PAGES = {
         *sorted((ROOT / "plugins").glob("*/README.md")),
     )
     if not path.relative_to(ROOT).as_posix().startswith(GENERATED)
-}
-"""Texts by path."""
+}  # texts by path
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 SAVED = re.compile(r"\b[Ss]aved? (?:this |it )?as `([^`\s]+)`")

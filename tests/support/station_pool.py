@@ -13,8 +13,7 @@ from bt_manip.scenes import Scene, find_scene
 KINDS = "objects", "robots", "grippers", "controllers", "planners", "model_sources"
 """Kinds of parts that a station consists of."""
 
-MOST = 8
-"""Number of stations that are kept."""
+MOST = 8  # stations that are kept
 
 
 class StationPool:

@@ -272,9 +272,6 @@ def test_a_full_disk_is_an_error_at_the_end_of_the_run_and_a_missing_folder_befo
     assert not Path("/dev/full.layout.json").exists()
 
 
-# Recordings that were cut
-
-
 def test_a_file_cut_at_any_byte_opens_up_to_its_last_complete_chunk(recorded, tmp_path):
     path, _ = recorded
     data = path.read_bytes()

@@ -33,8 +33,7 @@ GEOMS = {
 
 MATERIALS = ('texrepeat="1.5 .7"', 'texrepeat="3 4" texuniform="true"')
 
-SIZE = 300
-"""Of the picture [pixels]."""
+SIZE = 300  # of the picture [pixels]
 
 
 @pytest.fixture(params=MATERIALS)
