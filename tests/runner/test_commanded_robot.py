@@ -49,13 +49,9 @@ def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, ta
 
 def test_each_cycle_begins_with_the_robots_own_controller(parts, task):
     run = run_of(parts, task, "<AlwaysFailure/>", cycles=2)
-    began = []
-
-    class Begin(RunObserver):
-        def cycle_started(self, cycle):
-            began.append(run.station.controllers.active)
-
-    run.execute([Begin()])
+    began, observer = [], RunObserver()
+    observer.cycle_started = lambda cycle: began.append(run.station.controllers.active)
+    run.execute([observer])
     assert began == ["computed_torque"] * 2
     assert run.station.controllers.active == "computed_torque"
 

@@ -73,16 +73,9 @@ def test_the_tree_comes_first_with_the_parent_and_the_ports_of_each_node(events_
 
 
 def test_an_event_of_another_observer_is_in_the_stream(make_run):
-    events: list[RunEvent] = []
-
-    class Other(RunObserver):
-        def run_started(self, run):
-            self.run = run
-
-        def before_tick(self):
-            self.run.events.emit("edit", {"problems": ["a.xml:3:1: error: no"]})
-
-    make_run(Sleep("rest", msec=5)).execute([Listener(events), Other()])
+    events, run, other = [], make_run(Sleep("rest", msec=5)), RunObserver()
+    other.before_tick = lambda: run.events.emit("edit", {"problems": ["a.xml:3:1: error: no"]})
+    run.execute([Listener(events), other])
     edit, *_ = [event for event in events if event.kind == "edit"]
     assert log_line(edit) == ("ERROR", "a.xml:3:1: error: no")
 

@@ -68,13 +68,9 @@ def test_a_state_does_not_change_while_its_run_goes_on(make_run):
         steps = [SpawnObject(object="{o}"), Hover(object="{o}"), AlwaysFailure()]
         return Parallel("both", Sequence(*steps), AlwaysFailure(), success_count=1, failure_count=2)
 
-    run, states = make_run(work()), []
-
-    class States(RunObserver):
-        def after_tick(self) -> None:
-            states.append((state := run.get_state(), copy.deepcopy(state)))
-
-    run.execute([States()])
+    run, states, observer = make_run(work()), [], RunObserver()
+    observer.after_tick = lambda: states.append((state := run.get_state(), copy.deepcopy(state)))
+    run.execute([observer])
     assert len(states) > 10
     assert all(state == copied for state, copied in states)
     taken, copied = states[5]
