@@ -7,6 +7,7 @@ import subprocess
 import sys
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -130,10 +131,8 @@ def test_no_process_outlives_the_iteration(squares):
 
 @pytest.mark.parametrize("raised", [EOFError, BlockingIOError])
 def test_a_process_that_does_not_start_is_an_error_of_its_own(monkeypatch, raised):
-    def start(process):
-        raise raised
-
-    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", start)
+    failing = Mock(side_effect=raised)
+    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", failing)
     with pytest.raises(WorkerDiedError, match="a process did not start: "):
         list(run_episodes(Environment, ["HOME"], workers=2))
     with pytest.raises(WorkerDiedError, match="a process did not start: "):

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from unittest.mock import Mock
 
 import pytest
 
@@ -118,11 +119,8 @@ def test_unknown_parameters_are_refused(evaluation, name, problem):
 
 
 def test_an_episode_that_does_not_begin_is_no_failure_of_the_tree(evaluation, monkeypatch):
-    def begin(randomizer, cycle):
-        raise CellError("no free pose")
-
     worker = EpisodeWorker(evaluation())
-    monkeypatch.setattr(Randomizer, "begin", begin)
+    monkeypatch.setattr(Randomizer, "begin", Mock(side_effect=CellError("no free pose")))
     (result,) = run(worker, 0)
     assert (result.status, result.success) == ("UNSTARTED", False)
     assert "no free pose" in result.reason

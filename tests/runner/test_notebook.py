@@ -1,5 +1,7 @@
 """Notebooks show stations, runs and results by what they are."""
 
+from unittest.mock import Mock
+
 import pytest
 
 from bt_manip.behaviours import ObjectExists
@@ -20,10 +22,7 @@ def test_a_station_shows_robots_objects_and_a_picture(opengl, station):
 
 
 def test_a_station_is_text_without_opengl(station, monkeypatch):
-    def fail(*_, **__):
-        raise NoOpenGLError("nothing can be drawn")
-
-    monkeypatch.setattr(cell_module, "render", fail)
+    monkeypatch.setattr(cell_module, "render", Mock(side_effect=NoOpenGLError("no backend")))
     assert issubclass(NoOpenGLError, CellError)
     assert "<img" not in station._repr_html_() and "table" in station._repr_html_()
 

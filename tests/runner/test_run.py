@@ -149,15 +149,11 @@ def test_when_something_raises_everyone_is_told_that_the_run_has_ended():
 
 def test_observers_hear_of_a_changed_model_before_the_next_step():
     class Change(Action):
-        def setup(self, *, cell, **_):
-            self.cell = cell
-
         def update(self):
-            self.cell.generation += 1
+            run.station.cell.generation += 1
             return Status.SUCCESS
 
     log, run = Log(), make(Change())
-    run.tree.setup(cell=run.station.cell)
     run.execute([log])
     assert log.calls[2:5] == ["cycle_started 0", "after_compile", "step"]
 

@@ -1,5 +1,7 @@
 """A picture shows what stands in the cell, where the camera's geometry says."""
 
+from unittest.mock import Mock
+
 import mujoco
 import numpy as np
 import pytest
@@ -66,25 +68,20 @@ def test_an_unknown_camera_and_an_impossible_size_are_refused():
 
 
 @pytest.fixture
-def no_context(monkeypatch) -> list[bool]:
-    """Let no renderer be made; return how often that was tried."""
-    tried = []
-
-    def fail(*_):
-        tried.append(True)
-        raise mujoco.FatalError("no context")
-
+def no_context(monkeypatch) -> Mock:
+    """Let no renderer be made; return what is called instead."""
+    made = Mock(side_effect=mujoco.FatalError("no context"))
     monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setattr(FrameRenderer, "failure", "")
-    monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
-    return tried
+    monkeypatch.setattr(mujoco.Renderer, "__init__", made)
+    return made
 
 
 def test_without_opengl_it_says_what_would_help_and_is_not_tried_again(no_context):
     for _ in range(2):
         with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
             render(Cell())
-    assert no_context == [True]  # a second try of GLFW aborts the process
+    assert no_context.call_count == 1  # a second try of GLFW aborts the process
 
 
 def test_with_opengl_disabled_it_says_so(monkeypatch):

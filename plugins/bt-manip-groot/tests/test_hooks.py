@@ -2,6 +2,7 @@
 
 import json
 import time
+from unittest.mock import Mock
 
 import pytest
 from py_trees.behaviours import Running
@@ -131,11 +132,7 @@ def test_a_paused_run_goes_on_when_the_publisher_fails(counted, monkeypatch):
     client.ask("I", hook(3))
     steps.start_tick()
     client.reached()
-
-    def fail(data):
-        raise SystemExit
-
-    monkeypatch.setattr(publisher_module, "key_of", fail)
+    monkeypatch.setattr(publisher_module, "key_of", Mock(side_effect=SystemExit))
     client.requests.send_multipart([b"\x02R\0\0\0\0", b"{}"])
     steps.wait()
     assert counted.count.ticks == 1

@@ -1,11 +1,11 @@
 """Log files have the header, the schema and the rows of those of BehaviorTree.CPP."""
 
+import itertools
 import os
 import sqlite3
 import struct
 from contextlib import closing
 from pathlib import Path
-from typing import ClassVar
 
 import pytest
 
@@ -39,30 +39,22 @@ def read_database(path, query):
         return database.execute(query).fetchall()
 
 
-class Interventions(RunObserver):
-    """Does to a node what Groot2 did when the sample was logged."""
-
-    STATUSES: ClassVar = {11: NodeStatus.FAILURE, 14: NodeStatus.SUCCESS}
-
-    def run_started(self, run):
-        self.ticks = 0
-        self.node = run.tree.node("work")
-
-    def before_tick(self):
-        self.ticks += 1
-        status = self.STATUSES.get(self.ticks)
-        self.node.set_tick_hooks(status and (lambda node: status))
-
-
 @pytest.fixture(scope="module")
 def logs(station, groot2, tmp_path_factory):
     """Log the 40 ticks of the sample tree; give both files."""
     folder = tmp_path_factory.mktemp("logs")
     document = (groot2 / "demo.xml").read_text()
-    tree = sample_tree(document)
+    tree, ticks = sample_tree(document), itertools.count(1)
     paths = folder / "demo.btlog", folder / "demo.db3"
     paths[1].write_text("an older file")
-    observers = Interventions(), BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
+
+    def intervene() -> None:  # as Groot2 did when the sample was logged
+        status = {11: NodeStatus.FAILURE, 14: NodeStatus.SUCCESS}.get(next(ticks))
+        tree.node("work").set_tick_hooks(status and (lambda node: status))
+
+    groot = RunObserver()
+    groot.before_tick = intervene
+    observers = groot, BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
     run_of(station, tree, cycles=11, tick=0.1).execute(observers)
     assert read_btlog(paths[0])[1] == instance_to_xml(tree)
     return paths

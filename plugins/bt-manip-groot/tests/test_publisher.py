@@ -197,23 +197,16 @@ def test_malformed_messages_get_errors_and_leave_the_run_as_it_is(
 ):
     port = free_ports()
     client = Client(port)
-    replies = []
+    replies, attack = [], RunObserver()
 
-    class Attack(RunObserver):
-        def run_started(self, run):
-            self.thread = threading.Thread(target=self.send)
-            self.thread.start()
+    def send() -> None:
+        replies.extend(client.send(message) for message in messages(number))
 
-        def send(self):
-            replies.extend(client.send(message) for message in messages(number))
-
-        def before_tick(self):
-            time.sleep(0.005 if self.thread.is_alive() else 0.0)  # the run lasts as long
-
-        def run_ended(self):
-            self.thread.join()
-
-    assert digest_of(make_run, Attack(), GrootPublisher(port)) == digest_of(make_run)
+    thread = threading.Thread(target=send)
+    attack.run_started = lambda run: thread.start()
+    attack.before_tick = lambda: time.sleep(0.005 * thread.is_alive())  # the run lasts as long
+    attack.run_ended = thread.join
+    assert digest_of(make_run, attack, GrootPublisher(port)) == digest_of(make_run)
     client.close()
     errors = [reply for reply in replies if reply[0] == b"error"]
     assert len(replies) > 0.9 * number and all(len(reply) == 2 for reply in errors)
