@@ -20,11 +20,11 @@ def cell(station):
 
 
 def run(station, *children, goal):
-    return station.run(Tree(Sequence("task", *children), clock=station.clock, goal=goal))
+    return station.run(Tree(Sequence("task", *children), goal=goal))
 
 
-def spawn(**ports):
-    return SpawnObject(region=FLOOR, object="{object}", **ports)
+def spawn():
+    return SpawnObject(region=FLOOR, object="{object}")
 
 
 def goal():
