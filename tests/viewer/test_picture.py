@@ -32,10 +32,6 @@ def project(cell: Cell, camera: str, point: np.ndarray) -> tuple[int, int]:
     return round(0.5 * HEIGHT + focal * y / z - 0.5), round(0.5 * WIDTH - focal * x / z - 0.5)
 
 
-def blue(picture: np.ndarray) -> np.ndarray:
-    return picture[..., 2].astype(int) - picture[..., 0] > 60
-
-
 def test_the_cube_is_seen_where_the_camera_projects_it_after_the_last_step(opengl):
     cell = cell_with_cube(0.3, 0.2)
     free = cell.model.joint("cube/").qposadr[0]
@@ -43,7 +39,7 @@ def test_the_cube_is_seen_where_the_camera_projects_it_after_the_last_step(openg
         cell.data.qpos[free : free + 2] = x, y
         picture = render(cell, width=WIDTH, height=HEIGHT)
         assert picture.shape == (HEIGHT, WIDTH, 3)
-        rows, columns = np.nonzero(blue(picture))
+        rows, columns = np.nonzero(picture[..., 2].astype(int) - picture[..., 0] > 60)  # blue
         row, column = project(cell, "overview", np.array([x, y, 1.3]))
         assert (rows.mean(), columns.mean()) == pytest.approx((row, column), abs=1.0)
         # 0.1 m wide, some 2.3 m away, seen over an edge

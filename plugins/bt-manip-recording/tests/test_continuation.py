@@ -72,22 +72,17 @@ def run(make_run, scene):
     return make_run(tree(), scene=scene, **REQUEST)
 
 
-def go_on(run, continued, snapshot):
-    recorder = Recorder("test", 5)
-    restore_snapshot("", snapshot, run, recorder)
-    begins = run.station.cell.time
-    run.execute([recorder, RecordedInterventions(continued.recording)])
-    return begins, recorder.report().state_digest
-
-
 @pytest.mark.parametrize("share", [0.0, 0.002, 0.3, 0.7, 1.0])
 def test_it_ends_in_the_recorded_state_from_every_moment(run, recorded, share):
     path, report = recorded
     moment = share * report.simulated_s
     continued = Continuation(Recording(path), moment)
     snapshot = json.loads(json.dumps(continued.simulate(run)))
-    begins, digest = go_on(run, continued, snapshot)
-    assert digest == report.state_digest
+    recorder = Recorder("test", 5)
+    restore_snapshot("", snapshot, run, recorder)
+    begins = run.station.cell.time
+    run.execute([recorder, RecordedInterventions(continued.recording)])
+    assert recorder.report().state_digest == report.state_digest
     assert 0.0 <= begins - moment < run.request.tick + 1e-9
 
 
