@@ -158,27 +158,21 @@ def test_observers_hear_of_a_changed_model_before_the_next_step():
     assert log.calls[2:5] == ["cycle_started 0", "after_compile", "step"]
 
 
-@pytest.fixture
-def wall(monkeypatch):
-    """A wall clock that only sleeping moves."""
-    clock = SimpleNamespace(now=100.0, slept=[])
+def test_real_time_waits_for_the_wall_clock_and_a_late_run_does_not_hurry_afterwards(monkeypatch):
+    now, slept = [100.0], []
 
     def sleep(duration: float) -> None:
-        clock.slept.append(duration)
-        clock.now += duration
+        slept.append(duration)
+        now[0] += duration
 
-    monkeypatch.setattr("bt_manip.runner.loop.time.perf_counter", lambda: clock.now)
+    monkeypatch.setattr("bt_manip.runner.loop.time.perf_counter", lambda: now[0])
     monkeypatch.setattr("bt_manip.runner.loop.time.sleep", sleep)
-    return clock
-
-
-def test_real_time_waits_for_the_wall_clock_and_a_late_run_does_not_hurry_afterwards(wall):
     pacing = Pacing(2.0)
     pacing.start(0.0)
     pacing.wait(0.5)
     pacing.wait(1.0)
-    assert wall.slept == pytest.approx([0.25, 0.25])
-    wall.now += 5.0
+    assert slept == pytest.approx([0.25, 0.25])
+    now[0] += 5.0
     pacing.wait(2.0)
     pacing.wait(3.0)
-    assert wall.slept == pytest.approx([0.25, 0.25, 0.5])
+    assert slept == pytest.approx([0.25, 0.25, 0.5])

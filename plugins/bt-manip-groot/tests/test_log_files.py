@@ -121,26 +121,18 @@ def test_a_full_disk_is_one_error_and_a_database_does_not_replace_a_pipe(station
     assert pipe.is_fifo()
 
 
-@pytest.fixture(scope="module")
-def recorded(station, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("recorded")
-    logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
-    observers = *logs, McapRecorder(folder / "run.mcap")
-    run_of(station, Tree(coming_and_going())).execute(observers)
-    return folder
-
-
-def test_logs_of_a_recording_are_those_of_the_run(bt_manip, recorded, tmp_path):
+def test_logs_of_a_recording_are_those_of_the_run(bt_manip, station, tmp_path):
+    logs = BtlogRecorder(tmp_path / "live.btlog"), SqliteRecorder(tmp_path / "live.db3")
+    run = run_of(station, Tree(coming_and_going()))
+    run.execute([*logs, McapRecorder(tmp_path / "run.mcap")])
     for name in ("run.btlog", "run.db3"):
-        assert bt_manip("export", recorded / "run.mcap", "-o", tmp_path / name).code == 0
-    live, exported = (
-        path.read_bytes() for path in (recorded / "live.btlog", tmp_path / "run.btlog")
-    )
+        assert bt_manip("export", tmp_path / "run.mcap", "-o", tmp_path / name).code == 0
+    live, exported = ((tmp_path / f"{name}.btlog").read_bytes() for name in ("live", "run"))
     start = 23 + int.from_bytes(live[19:23], "little")  # of the wall time of the start
     assert exported[:start] == live[:start] and exported[start + 8 :] == live[start + 8 :]
     assert len(live) > start + 8 + 10 * 9
     rows = []
-    for path in (recorded / "live.db3", tmp_path / "run.db3"):
+    for path in (tmp_path / "live.db3", tmp_path / "run.db3"):
         changes = read_database(
             path, "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp"
         )
