@@ -8,25 +8,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from bt_manip.record import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.runner import Run, RunObserver, request_of
+from bt_manip.runner import RunObserver, prepare, request_of
 from bt_manip_recording import Trace
 
 from .conftest import report_of
 
 CYCLES = 2
-
-
-class FirstDigest(RunObserver):
-    """Keeps the digest of the first cycle, which is that of a run of one cycle."""
-
-    digest = ""
-
-    def run_started(self, run: Run) -> None:
-        self.log = run.log
-
-    def cycle_ended(self, status: str, reason: str) -> None:
-        self.digest = self.digest or self.log.digest.hex()
 
 
 class Traced(NamedTuple):
@@ -38,10 +27,12 @@ class Traced(NamedTuple):
 @pytest.fixture(scope="module")
 def traced(parts, tmp_path_factory) -> Traced:
     path = tmp_path_factory.mktemp("run") / "trace.npz"
-    first = FirstDigest()
-    report = report_of(parts, "pick_place", Trace(path), first, cycles=CYCLES)
+    run = prepare(request_of("pick_place", parts, cycles=CYCLES), parts)
+    recorder, observer, digests = Recorder("pick_place", 0), RunObserver(), []
+    observer.cycle_ended = lambda status, reason: digests.append(run.log.digest.hex())
+    run.execute([recorder, Trace(path), observer])
     with np.load(path) as rows:
-        return Traced(report, dict(rows), first.digest)
+        return Traced(recorder.report(), dict(rows), digests[0])
 
 
 def test_every_cube_comes_to_rest_in_the_basket_held_as_asked_and_nothing_else_touches(traced):
