@@ -54,7 +54,6 @@ def gone(process: int) -> bool:
 
 
 def test_an_evaluation_goes_on_after_kill_9(evaluation, in_this_process, tmp_path, capfd):
-    """A worker and the driver are killed; the same command runs the other episodes."""
     small, folder, episodes = evaluation(), tmp_path / "out", 12
     command = "evaluate", small.tree, "--scene", small.options["scene"], "--to", str(folder)
     command = *command, "--episodes", str(episodes), "--workers"

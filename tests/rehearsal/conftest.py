@@ -66,5 +66,4 @@ def start_robot(models, start_simulator):
 
 @pytest.fixture(scope="module")
 def robot(start_robot) -> SimulatedRobot:
-    """A robot alone."""
     return start_robot()

@@ -88,7 +88,6 @@ class Steps(RunObserver):
         self._allowed.release()
 
     def wait(self) -> None:
-        """Wait for the end of a tick."""
         assert self.done.acquire(timeout=20)
 
 

@@ -74,7 +74,6 @@ def recorded(make_run, tmp_path_factory):
 
 
 def read(path: Path, *topics: str):
-    """Read a file by the library's own reader."""
     with path.open("rb") as file:
         yield from make_reader(file, validate_crcs=True).iter_messages(topics or None)
 
