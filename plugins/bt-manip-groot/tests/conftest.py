@@ -101,17 +101,16 @@ class Watched:
         self.port = free_ports()
         publisher = GrootPublisher(self.port, self.lines.append)
         self.run = run_of(station, tree, cycles=0, tick=0.01)
-        self._stopped = False
         self._thread = threading.Thread(
             target=self.run.execute,
             args=[[self.steps, publisher]],
-            kwargs={"stop": lambda: self._stopped},
+            kwargs={"stop": lambda: self.steps.free},
         )
         self._thread.start()
         self.client = Client(self.port)
 
     def stop(self) -> None:
-        self._stopped = self.steps.free = True
+        self.steps.free = True
         self._thread.join(20)
         assert not self._thread.is_alive()
         self.client.close()

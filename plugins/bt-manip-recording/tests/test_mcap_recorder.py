@@ -2,11 +2,8 @@
 
 import itertools
 import json
-import os
-import signal
 import subprocess
 import sys
-import textwrap
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -309,39 +306,33 @@ def test_a_complete_recording_says_so_and_knows_contacts_limits_and_topics(recor
         next(recording.messages("/tree/statu"))
 
 
+TELL = """
+from bt_manip.bt import Action, Status
+
+
+class Tell(Action):
+    def setup(self, *, cell, **_):
+        self.cell = cell
+
+    def update(self):
+        print(self.cell.time, flush=True)
+        return Status.RUNNING
+"""
+
+
 def test_a_killed_run_loses_at_most_a_second(tmp_path):
-    path = tmp_path / "run.mcap"
-    code = f"""
-        from pathlib import Path
-        from bt_manip.bt import Sleep, Tree
-        from bt_manip_recording import McapRecorder
-        from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-        from bt_manip import build_station
-
-        class Tell(RunObserver):
-            def run_started(self, run):
-                self.cell = run.station.cell
-            def after_tick(self):
-                print(self.cell.time, flush=True)
-
-        station = build_station()
-        tree = Tree(Sleep(msec=10**9), clock=station.clock)
-        request = RunRequest(TreeSource("test", "python"), real_time=0.2)
-        Run(request, tree, station).execute([McapRecorder(Path({str(path)!r})), Tell()])
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    for line in itertools.islice(process.stdout, 46):
-        last = float(line)
-    os.kill(process.pid, signal.SIGKILL)
+    path, run = tmp_path / "run.mcap", [sys.executable, "-m", "bt_manip", "run", "tell.py:Tell"]
+    (tmp_path / "tell.py").write_text(TELL)
+    options = "--record", path, "--real-time", "0.2", "--quiet"
+    process = subprocess.Popen([*run, *options], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    last = [float(line) for line in itertools.islice(process.stdout, 46)][-1]
+    process.kill()
     process.wait()
     recording = Recording(path)
     assert not recording.complete
     assert recording.end >= last - 0.2
-    assert recording.identity["tree"] == "test"
-    assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Sleep"
+    assert recording.identity["tree"] == "tell.py:Tell"
+    assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Tell"
 
 
 def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, monkeypatch):
