@@ -3,13 +3,12 @@
 import json
 import subprocess
 import sys
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bt_manip.record import Recorder
-from bt_manip.record.report.run_report import RunReport
 from bt_manip.runner import RunObserver, prepare, request_of
 from bt_manip_recording import Trace
 
@@ -18,21 +17,16 @@ from .conftest import report_of
 CYCLES = 2
 
 
-class Traced(NamedTuple):
-    report: RunReport
-    rows: dict[str, np.ndarray]
-    first: str  # digest of the first cycle
-
-
 @pytest.fixture(scope="module")
-def traced(parts, tmp_path_factory) -> Traced:
+def traced(parts, tmp_path_factory):
+    """Give the report, the trace and the digest of the first cycle."""
     path = tmp_path_factory.mktemp("run") / "trace.npz"
     run = prepare(request_of("pick_place", parts, cycles=CYCLES), parts)
     recorder, observer, digests = Recorder("pick_place", 0), RunObserver(), []
     observer.cycle_ended = lambda status, reason: digests.append(run.log.digest.hex())
     run.execute([recorder, Trace(path), observer])
     with np.load(path) as rows:
-        return Traced(recorder.report(), dict(rows), digests[0])
+        return SimpleNamespace(report=recorder.report(), rows=dict(rows), first=digests[0])
 
 
 def test_every_cube_comes_to_rest_in_the_basket_held_as_asked_and_nothing_else_touches(traced):
