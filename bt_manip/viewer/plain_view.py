@@ -44,11 +44,8 @@ class PlainView(RunObserver):
         if status != "SUCCESS":
             self._leaves.print(self._console)
         total = f"/{self._cycles}" if self._cycle < self._cycles else ""  # not of --episode
-        line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
+        elapsed = self._cell.time - self._start
+        line = f"cycle {self._cycle + 1}{total}: {status} after {elapsed:.2f} s"
         if progress := str(self._progress):
             line += f" ({progress})"
         print_wrapped(self._console, f"{line}: {reason}" if reason else line)
-
-    @property
-    def _elapsed(self) -> float:
-        return float(self._cell.time - self._start)
