@@ -45,12 +45,13 @@ def run(tmp_path, edited):
     path.write_text(document())
     station, told = still_station(), []
     source = TreeSource("task", "xml", path=path)
-    behaviours = BehaviourRegistry()
     tree = load_document(source, Parts(), {"note": "wild"}, lambda: station.cell.time, told.append)
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     events = []
     listener = Listener(events, ("edit",))
-    made.execute([listener, Editor(path, 5, edited), Reloader(source, behaviours, told.append)])
+    made.execute(
+        [listener, Editor(path, 5, edited), Reloader(source, BehaviourRegistry(), told.append)]
+    )
     made.edits = [event.data["problems"] for event in events]
     return made, told
 

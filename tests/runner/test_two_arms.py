@@ -1,6 +1,5 @@
 """Two robots at one table: both pick, neither touches the other."""
 
-from contextlib import closing
 from io import StringIO
 
 import numpy as np
@@ -22,8 +21,7 @@ def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
 @pytest.fixture(scope="module")
 def traced(parts, tmp_path_factory) -> tuple[RunReport, dict[str, np.ndarray]]:
     path = tmp_path_factory.mktemp("run") / "trace.npz"
-    with closing(Trace(path)) as trace:
-        report = run(parts, 1, trace)
+    report = run(parts, 1, Trace(path))
     with np.load(path) as rows:
         return report, dict(rows)
 
