@@ -34,9 +34,8 @@ def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, ta
     (cycle,) = recorder.report().cycles  # the figures are those of the active controller
     assert cycle.saturated_steps == 0
     assert cycle.limits.effort < 1.0
-    controllers = [
-        one["run"]["station"]["robots"]["panda"]["controllers"] for one in snapshots.taken
-    ]
+    stations = [one["run"]["station"] for one in snapshots.taken]
+    controllers = [one["robots"]["panda"]["controllers"] for one in stations]
     active = [one["active"] for one in controllers]
     own, other = "computed_torque", "gravity_compensated_pd"
     assert [name for name, _ in groupby(active)] == [own, other, own, other, own]

@@ -47,11 +47,8 @@ def run(tmp_path, edited):
     source = TreeSource("task", "xml", path=path)
     tree = load_document(source, Parts(), {"note": "wild"}, lambda: station.cell.time, told.append)
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
-    events = []
-    listener = Listener(events, ("edit",))
-    made.execute(
-        [listener, Editor(path, 5, edited), Reloader(source, BehaviourRegistry(), told.append)]
-    )
+    events, reloader = [], Reloader(source, BehaviourRegistry(), told.append)
+    made.execute([Listener(events, ("edit",)), Editor(path, 5, edited), reloader])
     made.edits = [event.data["problems"] for event in events]
     return made, told
 
