@@ -128,6 +128,7 @@ class RunJob:
         run.files.update(read)
         if options.episode is not None:
             run.begin_episode(options.episode)
+            run.identity["episode"] = options.episode
         self._recorder = Recorder(request.tree.name, request.seed, file=self._open_report())
         if resumed is not None:
             restore_snapshot(options.resume, resumed, run, self._recorder)

@@ -8,6 +8,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerContext, SpawnContext
@@ -225,10 +226,8 @@ class _Process:
         other.close()  # the only other end is the process's: its death ends the pipe
 
     def send(self, episode: Any) -> None:
-        try:
+        with suppress(OSError):  # it is dead, as `receive` will find
             self.pipe.send(episode)
-        except OSError:  # it is dead, as `receive` will find
-            pass
 
     def receive(self) -> Any:
         try:

@@ -5,7 +5,7 @@ import json
 import os
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import fields
 from pathlib import Path
 from types import NoneType
@@ -59,22 +59,25 @@ class ResultFolder:
             path.mkdir(parents=True, exist_ok=True)
             flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
             self._journal = os.open(path / JOURNAL, flags, 0o666)
-        try:
-            fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise BtManipError(f"'{path}' is being written by another evaluation") from None
-        if kept.exists():
-            with reading(kept, "evaluation"):
-                refuse_difference(f"'{path}'", json.loads(kept.read_text()), identity)
-        else:
-            with writing(kept, "results"), whole_file(kept) as file:
-                file.write(json.dumps(dict(identity), indent=1).encode())
-        self._schema = _schema(points).with_metadata({METADATA: json.dumps(dict(identity))})
-        self._written = time.monotonic()
-        parts = sorted(path.glob("part-*.parquet"))
-        self._next = int(parts[-1].stem[5:]) + 1 if parts else 0
-        kept_rows, self._rows = _rows_of(path, identity)
-        self.results = kept_rows + self._rows
+        with ExitStack() as stack:
+            stack.callback(os.close, self._journal)
+            try:
+                fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise BtManipError(f"'{path}' is being written by another evaluation") from None
+            if kept.exists():
+                with reading(kept, "evaluation"):
+                    refuse_difference(f"'{path}'", json.loads(kept.read_text()), identity)
+            else:
+                with writing(kept, "results"), whole_file(kept) as file:
+                    file.write(json.dumps(dict(identity), indent=1).encode())
+            self._schema = _schema(points).with_metadata({METADATA: json.dumps(dict(identity))})
+            self._written = time.monotonic()
+            parts = sorted(path.glob("part-*.parquet"))
+            self._next = int(parts[-1].stem[5:]) + 1 if parts else 0
+            kept_rows, self._rows = _rows_of(path, identity)
+            self.results = kept_rows + self._rows
+            stack.pop_all()
 
     def add(self, result: EpisodeResult) -> None:
         """Keep a result: from now on it survives ``kill -9``."""

@@ -160,8 +160,8 @@ class Peak(NamedTuple):
     error: float  # [rad]
     joint: int  # from 0
     time: float  # [s] simulated
-    effort: float
-    after_contact: float | None  # [s]
+    effort: float  # largest use before
+    after_contact: float | None  # time since the last contact [s]
 
 
 class StepFigures(NamedTuple):
@@ -222,17 +222,13 @@ class MotionStatistics:
             step = int(np.where(free, error, -1.0).argmax())
             if self.peak is None or error[step] > self.peak.error:
                 before = recent[step + 1 : step + 1 + len(self._recent)]
+                touched = np.flatnonzero(before[:, 1])
+                after = (len(before) - 1 - int(touched[-1])) * self._dt if len(touched) else None
                 joint, time = int(errors[step].argmax()), float(block.t[step])
-                self.peak = Peak(float(error[step]), joint, time, *self._preceding(before))
+                self.peak = Peak(float(error[step]), joint, time, float(before[:, 0].max()), after)
         self._recent = recent[len(block.touches) :]
         self.deflection = max(self.deflection, float(error[~free].max(initial=0.0)))
         return StepFigures(signed, free, use)
-
-    def _preceding(self, before: np.ndarray) -> tuple[float, float | None]:
-        """Return the largest use of effort, and the time since the last contact [s]."""
-        touched = np.flatnonzero(before[:, 1])
-        after = (len(before) - 1 - int(touched[-1])) * self._dt if len(touched) else None
-        return float(before[:, 0].max()), after
 
     @property
     def tracking_error(self) -> float | None:

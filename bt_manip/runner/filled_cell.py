@@ -12,13 +12,7 @@ from bt_manip.arm import MultiArmCoordinator
 from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import InitialObject, Randomizer
-from bt_manip.scenes import (
-    Scene,
-    add_object,
-    check_supports,
-    naming_file,
-    sampled_objects,
-)
+from bt_manip.scenes import Scene, add_object, check_supports, naming_file, sampled_objects
 
 from .commanded_robot import CommandedRobot, RobotBuilder
 

@@ -140,10 +140,7 @@ class Interventions:
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        # "pulls": snapshots of older versions
-        self.perturbations.set_state(state.get("perturbations", state.get("pulls", [])))
-
-    # Internal
+        self.perturbations.set_state(state.get("perturbations", []))
 
     def _notify(self, data: dict[str, Any]) -> None:
         for observer in tuple(self.observers):

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Container, Mapping
+from contextlib import suppress
 from typing import Any
 
 import mujoco
@@ -97,10 +98,8 @@ class Perturbations:
         if self._active.pop(body, None) is None:
             return
         self._generation = None
-        try:
+        with suppress(BtManipError):  # removed
             self._cell.data.xfrc_applied[self._body(body)] = 0.0
-        except BtManipError:  # removed
-            pass
         self._notify({"kind": "perturbation", "body": body, "target": None, "begins": False})
 
     def _mass(self, data: Mapping[str, Any]) -> float:

@@ -36,7 +36,7 @@ class Run:
         cycle: The present cycle, or the next one.
         goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
         identity: What identifies the run besides its request, by the fields of its report:
-            ``foreign``, ``agent``.
+            ``foreign``, ``agent``, ``episode``.
         files: SHA-256 of the files that it has loaded beside those of its station, by name.
         modifiers: The modifiers of its request.
         interventions: Takes requests to pull bodies and to set the statuses of nodes.

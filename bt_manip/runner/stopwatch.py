@@ -55,7 +55,7 @@ class Stopwatch(RunObserver):
             if vars(controller).get("compute") is timed:
                 del controller.compute
         for name, timing in self._timings.items():
-            if timing.is_slow:
+            if 2 * timing.slow > max(timing.counted, 0):  # most calls
                 mean = timing.busy / timing.counted
                 self._warn(
                     f"{self._labels[name]} is slow: it takes {1e3 * mean:.2g} ms in each control "
@@ -70,18 +70,14 @@ class _Timing:
 
     Attributes:
         counted: Number of calls after the warm-up.
+        slow: Number of slow ones of them.
         busy: Their wall time [s].
         wall: Wall time since the warm-up [s].
     """
 
-    def __init__(self, slow: float) -> None:
-        self._limit, self._slow_calls = slow, 0
-        self.counted, self.busy, self.wall = -WARM_UP, 0.0, 0.0
-
-    @property
-    def is_slow(self) -> bool:
-        """Whether most calls were slow."""
-        return 2 * self._slow_calls > max(self.counted, 0)
+    def __init__(self, limit: float) -> None:
+        self._limit = limit
+        self.counted, self.slow, self.busy, self.wall = -WARM_UP, 0, 0.0, 0.0
 
     def around(self, compute: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
         """Return a function that calls another one and measures the call."""
@@ -98,7 +94,7 @@ class _Timing:
                     self._began = end
                 elif self.counted > 0:
                     self.busy += end - start
-                    self._slow_calls += end - start > self._limit
+                    self.slow += end - start > self._limit
                     self.wall = end - self._began
 
         return timed

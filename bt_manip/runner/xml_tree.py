@@ -2,13 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from bt_manip.bt import (
-    STRING,
-    BehaviourRegistry,
-    ReadingOptions,
-    Tree,
-    read_tree,
-)
+from bt_manip.bt import STRING, BehaviourRegistry, ReadingOptions, Tree, read_tree
 from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean, shown
 from bt_manip.registry import Parts
 

@@ -2,9 +2,12 @@
 
 from typing import Any
 
+from rich.console import Console
+
 from bt_manip.bt import NodeKind
 from bt_manip.bt.nodes import TreeNode
 from bt_manip.runner import Run
+from bt_manip.viewer.wrapping import print_wrapped
 
 ANSWERS = {"SUCCESS": "yes", "FAILURE": "no"}
 """Status of a condition as the answer to its question."""
@@ -43,12 +46,13 @@ class LeafLines:
         """Count a tick."""
         self._tick += 1
 
-    def take(self) -> list[str]:
-        """Return the lines since the last call, the last `MAX_LINES` of them, and forget them."""
+    def print(self, console: Console) -> None:
+        """Print the lines since the last call, the last `MAX_LINES` of them, and forget them."""
         lines, dropped = self._lines, self._dropped
         self._lines, self._dropped = [], 0
         more = [f"{dropped} earlier lines are not shown"] if dropped else []
-        return more + lines
+        if lines:
+            print_wrapped(console, *more, *lines, indent=INDENT)
 
     def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         if node.children or new.name not in ANSWERS:

@@ -3,7 +3,7 @@
 from rich.console import Console
 
 from bt_manip.runner import Run, RunObserver
-from bt_manip.viewer.leaf_lines import INDENT, LeafLines
+from bt_manip.viewer.leaf_lines import LeafLines
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
 
@@ -36,23 +36,16 @@ class PlainView(RunObserver):
         """Print the leaves that have ended."""
         self._leaves.end_tick()
         if self._cycles == 1:
-            self._print_leaves()
+            self._leaves.print(self._console)
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Print status and duration of the cycle, and the progress of the run."""
         self._progress.count(self._cycle, status)
         if status != "SUCCESS":
-            self._print_leaves()
+            self._leaves.print(self._console)
         total = f"/{self._cycles}" if self._cycle < self._cycles else ""  # not of --episode
-        line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
+        elapsed = self._cell.time - self._start
+        line = f"cycle {self._cycle + 1}{total}: {status} after {elapsed:.2f} s"
         if progress := str(self._progress):
             line += f" ({progress})"
         print_wrapped(self._console, f"{line}: {reason}" if reason else line)
-
-    def _print_leaves(self) -> None:
-        if lines := self._leaves.take():
-            print_wrapped(self._console, *lines, indent=INDENT)
-
-    @property
-    def _elapsed(self) -> float:
-        return float(self._cell.time - self._start)

@@ -1,7 +1,7 @@
 """The live view of a run in a terminal."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rich.console import Console, Group
@@ -11,7 +11,7 @@ from rich.text import Text
 from bt_manip.bt import NodeKind, NodeStatus
 from bt_manip.bt.nodes import TreeNode
 from bt_manip.runner import Run, RunObserver
-from bt_manip.viewer.leaf_lines import INDENT, LeafLines
+from bt_manip.viewer.leaf_lines import LeafLines
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
 
@@ -82,7 +82,7 @@ class TerminalView(RunObserver):
         self._progress.count(self._cycle, status)
         failed = status != "SUCCESS"
         if failed or self._cycles == 1:
-            self._print_leaves()
+            self._leaves.print(self._console)
         self._leaves.begin()
         if failed and self._live is not None:
             line = f"cycle {self._cycle + 1} failed: {reason}"
@@ -91,13 +91,9 @@ class TerminalView(RunObserver):
     def run_ended(self) -> None:
         """Print the leaves of a cycle that did not end, and restore the terminal."""
         live, self._live = self._live, None
-        self._print_leaves()
+        self._leaves.print(self._console)
         if live is not None:
             live.stop()
-
-    def _print_leaves(self) -> None:
-        if lines := self._leaves.take():
-            print_wrapped(self._console, *lines, indent=INDENT)
 
     def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         """Keep the final status of a node: a parent resets its children as soon as it ends."""
@@ -105,12 +101,9 @@ class TerminalView(RunObserver):
         if new.name != "IDLE" or old.name == "RUNNING":
             self._statuses[behaviour] = new.name
 
-    def _status_of(self, behaviour: Any) -> str:
-        return self._statuses.get(behaviour, "IDLE")
-
     def _picture(self, now: float) -> Group:
         run = self._run
-        lines = list(tree_lines(run.tree.root, self._status_of, ascii_only=self._ascii))
+        lines = list(tree_lines(run.tree.root, self._statuses, ascii_only=self._ascii))
         head = [self._headline(now)]
         if progress := str(self._progress):
             head.append(Text(progress, style="cyan", no_wrap=True, overflow="ellipsis"))
@@ -134,13 +127,15 @@ class TerminalView(RunObserver):
         return line
 
 
-def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterator[Text]:
+def tree_lines(
+    root: Any, statuses: Mapping[Any, str], *, ascii_only: bool = False
+) -> Iterator[Text]:
     """Yield a line for each node, children below their parents, with the mark of its status."""
     # A stack instead of recursion: a tree may be deeper than Python's stack.
     stack = [(root, 0)]
     while stack:
         node, depth = stack.pop()
-        status = status_of(node)
+        status = statuses.get(node, "IDLE")
         if status == "FAILURE" and getattr(node, "kind", None) is NodeKind.CONDITION:
             status = "NO"
         mark, style = MARKS.get(status, ("?", "dim"))

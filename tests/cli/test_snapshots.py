@@ -64,6 +64,8 @@ def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees
         assert message in err
     watched = "--quiet", "--real-time", 50, "--report", tmp_path / "report.json"
     assert bt_manip("run", f"{trees}:quick", "--resume", moment, *watched).code == 0
+    code, _, err = bt_manip("run", f"{trees}:quick", "--resume", moment, "--episode", 0)
+    assert code == 2 and "is of another run: episode None instead of 0" in err
     code, _, err = bt_manip("run", f"{trees}:endless", "--resume", moment)
     assert code == 2
     assert "tree 'small_trees.py:quick' instead of 'small_trees.py:endless'" in err

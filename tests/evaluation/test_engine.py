@@ -7,6 +7,7 @@ import subprocess
 import sys
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -112,14 +113,11 @@ def test_an_episode_that_kills_every_process_is_given_up_or_gets_a_result(square
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_what_a_worker_raises_is_raised(squares, workers):
+def test_what_a_worker_or_its_making_raises_is_raised(squares, workers):
     with pytest.raises(BtManipError, match="-1 is negative"):
         list(run_episodes(squares(), [0, -1], workers))
-
-
-def test_what_fails_to_make_a_worker_raises(tmp_path):
     with pytest.raises(TypeError):
-        list(run_episodes(partial(Squares, tmp_path), range(3), 2))
+        list(run_episodes(Squares, range(3), workers))
 
 
 def test_no_process_outlives_the_iteration(squares):
@@ -133,10 +131,8 @@ def test_no_process_outlives_the_iteration(squares):
 
 @pytest.mark.parametrize("raised", [EOFError, BlockingIOError])
 def test_a_process_that_does_not_start_is_an_error_of_its_own(monkeypatch, raised):
-    def start(process):
-        raise raised
-
-    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", start)
+    failing = Mock(side_effect=raised)
+    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", failing)
     with pytest.raises(WorkerDiedError, match="a process did not start: "):
         list(run_episodes(Environment, ["HOME"], workers=2))
     with pytest.raises(WorkerDiedError, match="a process did not start: "):

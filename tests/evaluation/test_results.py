@@ -1,6 +1,7 @@
 """Results are kept from the moment they are added, and read as Parquet."""
 
 import json
+import os
 from dataclasses import dataclass
 
 import pytest
@@ -22,13 +23,6 @@ def result(episode, point=0):
 @dataclass(frozen=True)
 class Measured(EpisodeResult):
     distance: float | None = None
-
-
-def abandon(folder):
-    """Leave a folder as a process that was killed does."""
-    import os
-
-    os.close(folder._journal)
 
 
 @pytest.fixture
@@ -65,7 +59,7 @@ def test_every_added_result_survives_a_killed_process(folder, tmp_path, monkeypa
     for episode in range(10):
         killed.add(result(episode))
     assert len(list((tmp_path / "out").glob("part-*"))) == 2
-    abandon(killed)
+    os.close(killed._journal)  # as the end of a process does
     with (tmp_path / "out" / results.JOURNAL).open("a") as journal:
         journal.write('{"episode": 10, "poi')
     with folder() as again:
@@ -93,6 +87,8 @@ def test_a_file_of_another_evaluation_in_the_folder_is_refused(folder, tmp_path)
     for read in (folder, lambda: read_results(tmp_path / "out")):
         with pytest.raises(BtManipError, match="part-00000.parquet' is of another eval.* seed 3"):
             read()
+    part.unlink()
+    folder().close()  # the one that was refused does not write it
 
 
 def test_a_folder_has_one_writer_and_its_results(folder, tmp_path):

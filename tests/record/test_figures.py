@@ -1,6 +1,6 @@
 """Extremes of a motion against numbers that a pencil gives, and figures of a cycle."""
 
-from dataclasses import fields
+from dataclasses import astuple, fields
 from functools import partial
 from types import SimpleNamespace
 
@@ -54,15 +54,11 @@ def column(*values: tuple[float, float]) -> np.ndarray:
     return np.array(values, dtype=float)
 
 
-def test_at_rest_in_the_middle_nothing_is_used(statistics):
+def test_each_fraction_is_that_of_the_joint_that_uses_most_and_nothing_is_used_at_rest(statistics):
     statistics.update(rows(3))
-    use = statistics.limit_use
-    assert (use.position, use.velocity, use.acceleration, use.jerk, use.effort) == (0.0,) * 5
+    assert astuple(statistics.limit_use) == (0.0,) * 5
     assert (statistics.tracking_error, statistics.deflection) == (None, 0.0)
     assert (statistics.torque_rate, statistics.tool_speed) == (0.0, 0.0)
-
-
-def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
     statistics.update(
         rows(
             2,
@@ -107,6 +103,9 @@ def test_differences_reach_across_blocks_and_cycles_whose_figures_begin_with_not
 def test_tracking_counts_only_in_motion_that_touches_nothing_outside(statistics):
     q = column((0.001, 2.0), (0.5, 2.0), (0.0, 1.998), (0.0, 2.3))
     v_ref = column((0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.0))
+    statistics.update(rows(4, q=q, v_ref=v_ref, touches=touches(*[False] * 4)))
+    assert statistics.tracking_error is None and statistics.peak is None
+    statistics.begin()
     statistics.update(rows(4, q=q, v_ref=v_ref, touches=touches(True, False, True, True)))
     assert statistics.tracking_error == pytest.approx(0.002)
     assert statistics.deflection == pytest.approx(0.5)
@@ -137,11 +136,6 @@ def test_a_contact_up_to_100_ms_before_the_tracking_peak_is_noted(
     assert statistics.peak.after_contact == pytest.approx(after_contact)
 
 
-def test_without_a_free_step_there_is_no_tracking_error(statistics):
-    statistics.update(rows(3, touches=touches(False, False, False)))
-    assert statistics.tracking_error is None and statistics.peak is None
-
-
 def test_a_joint_without_bounds_uses_none_of_its_range():
     endless = JointLimits(
         lower=np.array([-np.inf]), upper=np.array([np.inf]), velocity=np.ones(1),
@@ -152,9 +146,6 @@ def test_a_joint_without_bounds_uses_none_of_its_range():
     statistics.update(rows(1, q=one, v=one, q_ref=one, v_ref=one, a_ref=one, tau=one))
     assert statistics.limit_use.position == 0.0
     assert statistics.limit_use.velocity == 0.5
-
-
-# A cycle over all robots
 
 
 STILL = RobotCycle(("mug",), 10.0, max_torque_rate_nm_s=5.0)
@@ -174,11 +165,6 @@ def test_those_of_one_robot_are_its_own():
     own = RobotCycle(("mug",), 10.0, 0.01, peak, 0.2, use, 3, 5.0, 0.7)
     assert all(getattr(own, one.name) != one.default for one in fields(RobotCycle))
     assert combined([own]) == own
-
-
-def test_cycles_are_numbered_from_1():
-    assert CycleFigures().number == RunFigures({}).cycle(0.0).number == 1
-    assert CycleFigures().duration_s == 0.0
 
 
 def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
@@ -205,6 +191,7 @@ def test_a_cycle_has_its_own_phases_and_the_grip_of_the_robot_that_grasped():
     def status(time, uid, status, robot=""):
         handle(time, "status", uid=uid, status=status, robot=robot, reason="it slept")
 
+    assert CycleFigures().number == run.cycle(0.0).number == 1 and run.cycle(0.0).duration_s == 0.0
     handle(0.5, "tree", nodes=described)
     handle(2.0, "cycle", cycle=4, status="RUNNING")
     states["left"] = states["left"]._replace(saturated_steps=3)

@@ -18,6 +18,8 @@ from bt_manip.record.files import (
 
 def test_a_file_appears_only_when_it_is_whole(tmp_path):
     path, other = tmp_path / "report.json", tmp_path / "other"
+    check_writable(path, "report")
+    assert list(tmp_path.iterdir()) == []
     with whole_file(path) as file:
         file.write(b"all of it")
         assert not path.exists()
@@ -25,27 +27,11 @@ def test_a_file_appears_only_when_it_is_whole(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
     other.touch()  # the file has the permissions of any other
     assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(other.stat().st_mode)
-
-
-def test_a_link_stays_a_link(tmp_path):
-    path, link = tmp_path / "real.json", tmp_path / "link.json"
-    path.touch()
+    link = tmp_path / "link.json"
     link.symlink_to(path)
     with whole_file(link) as file:
         file.write(b"x")
-    assert link.is_symlink()
-    assert path.read_bytes() == b"x"
-
-
-def test_a_device_is_written_directly():
-    with whole_file(Path(os.devnull)) as file:
-        file.write(b"x")
-    assert not stat.S_ISREG(os.stat(os.devnull).st_mode)
-
-
-def test_checking_leaves_no_trace(tmp_path):
-    check_writable(tmp_path / "report.json", "report")
-    assert list(tmp_path.iterdir()) == []
+    assert link.is_symlink() and path.read_bytes() == b"x"
 
 
 @pytest.mark.parametrize(
@@ -89,8 +75,11 @@ def test_a_file_in_the_place_of_a_deleted_one_can_be_opened(tmp_path):
                 check_exists(first)
 
 
-def test_devices_are_never_locked():
+def test_devices_are_written_directly_and_never_locked():
     device = Path(os.devnull)
+    with whole_file(device) as file:
+        file.write(b"x")
+    assert not stat.S_ISREG(os.stat(device).st_mode)
     with open_output(device), open_output(device):
         check_writable(device, "recording")
 

@@ -1,5 +1,7 @@
 """What two robots gripped, and where it ended: the report against MuJoCo's own state."""
 
+from collections import Counter
+
 import mujoco
 import numpy as np
 import pytest
@@ -55,18 +57,16 @@ class Oracle(RunObserver):
             yield self.of_geom[b], self.of_geom[a], force[0]
 
     def after_step(self):
-        force: dict[tuple[str, str, str], float] = {}
+        force = Counter()
         for body, other, normal in self.contacts():
             name, (robot, _, finger) = body.partition("/")[0], other.partition("/")
             if name in self.names and "finger" in finger:
-                key = (name, robot, finger)
-                force[key] = force.get(key, 0.0) + normal
+                force[name, robot, finger] += normal
         for name, robot in {key[:2] for key in force}:
             fingers = [f for key, f in force.items() if key[:2] == (name, robot)]
-            if len(fingers) == 2 and min(fingers) > GRIPPED:
-                open_ones = [one for one in self.found if one[0] == name and one[2] is None]
-                if not open_ones:
-                    self.found.append([name, robot, None])
+            known = any(one[0] == name and one[2] is None for one in self.found)
+            if len(fingers) == 2 and min(fingers) > GRIPPED and not known:
+                self.found.append([name, robot, None])
 
     def removed(self, name):
         for one in self.found:

@@ -32,12 +32,6 @@ class Operator:
         cycles: Cycles of the tree.
         names: Names of the robot and of its backend.
         task: Names of the tree and of the source of poses.
-
-    Attributes:
-        output: What it has printed.
-        before_answer: Called when an object is where it was asked for.
-        placed: Objects that lay in the basket when they were to be taken away, by the state of the
-            simulated robot.
     """
 
     def __init__(
@@ -50,10 +44,9 @@ class Operator:
         names: tuple[str, str] = ("fr3", "franka"),
         task: tuple[str, str] = ("pick_place", "operator"),
     ) -> None:
-        """Start the process."""
         self._robot, self._cell = robot, cell
-        self.before_answer: Callable[[], object] = lambda: None
-        self.placed: list[str] = []
+        self.before_answer: Callable[[], object] = lambda: None  # when an object is in its place
+        self.placed: list[str] = []  # that lay in the simulated basket when they were taken away
         self.output = ""
         command = [
             sys.executable, "-m", "bt_manip", "run", task[0], "--robot", names[0],
@@ -87,7 +80,6 @@ class Operator:
         return self.output + self.process.stdout.read().decode()
 
     def end(self, seconds: float = 120.0) -> int:
-        """Answer until the process has ended; return its exit code."""
         self.until("", seconds)
         return self.process.wait(20.0)
 
@@ -98,7 +90,6 @@ class Operator:
         self._robot.ask("take", body=name)
 
     def put(self, name: str) -> None:
-        """Put an object where the scene says, and confirm it."""
         pose = self._cell.objects[name]
         quat = spatial.quat_wxyz(pose).tolist()
         self._robot.ask("place", body=name, position=pose.translation.tolist(), quat=quat)

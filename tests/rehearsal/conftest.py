@@ -46,13 +46,12 @@ def real(scene) -> tuple[Path, RealCell]:
 
 
 @pytest.fixture(scope="module")
-def start_robot(models, tmp_path_factory):
+def start_simulator(tmp_path_factory):
     """Start simulated robots, which end with the tests of a file: each takes a third of a core."""
     started = []
 
-    def start(model: Path = ARM, *options: str) -> SimulatedRobot:
-        log = tmp_path_factory.mktemp("robot") / "log"
-        started.append(start_franka(log, *options, model=model))
+    def start(make, *options, **model) -> SimulatedRobot:
+        started.append(make(tmp_path_factory.mktemp("robot") / "log", *options, **model))
         return started[-1]
 
     yield start
@@ -61,6 +60,10 @@ def start_robot(models, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def start_robot(models, start_simulator):
+    return lambda model=ARM, *options: start_simulator(start_franka, *options, model=model)
+
+
+@pytest.fixture(scope="module")
 def robot(start_robot) -> SimulatedRobot:
-    """A robot alone."""
     return start_robot()

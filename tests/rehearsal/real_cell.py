@@ -62,16 +62,10 @@ CUBE_SIZE = 0.03  # [m]: twenty of them fit into the basket
 
 
 class Places(NamedTuple):
-    """Where a basket stands, and cubes come, on the table.
+    """Where a basket stands, and cubes come, on the table."""
 
-    Attributes:
-        basket: Position [m] and angle [rad].
-        lowest: Lowest coordinates of cubes [m].
-        highest: Highest coordinates [m].
-    """
-
-    basket: tuple[float, float, float] = (0.6, 0.0, np.pi / 2)
-    lowest: tuple[float, float] = (0.2, -0.3)
+    basket: tuple[float, float, float] = (0.6, 0.0, np.pi / 2)  # position [m] and angle [rad]
+    lowest: tuple[float, float] = (0.2, -0.3)  # coordinates of cubes [m]
     highest: tuple[float, float] = (0.4, 0.3)
 
 
@@ -96,14 +90,9 @@ def write_seen_scene(path: Path, places: Places = BEFORE_THE_FR3) -> None:
 
 
 class RealCell(NamedTuple):
-    """What the simulated cell has beside the arm.
+    """What the simulated cell has beside the arm: poses in the world."""
 
-    Attributes:
-        objects: Poses in the world of the objects to come.
-        basket: Pose of the basket.
-    """
-
-    objects: dict[str, pin.SE3]
+    objects: dict[str, pin.SE3]  # to come
     basket: pin.SE3
 
 

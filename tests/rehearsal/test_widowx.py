@@ -1,7 +1,6 @@
 """The unchanged tree pick_place on a WidowX AI, judged by its simulator, and the contract."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -14,7 +13,6 @@ from bt_manip import build_station, load_plugins
 from bt_manip.robots import Robot, compile_alone
 from bt_manip.scenes import Scene, SceneRobot
 from bt_manip_contracts import DEVICE_CONTRACT, recovers_from_a_problem
-from tests.support.simulated_robot import SimulatedRobot
 
 ON_TABLE = Places(basket=(0.5, 0.17, 0.0), lowest=(0.45, -0.25), highest=(0.6, -0.02))
 PERIOD = 2e-3  # [s] of references
@@ -24,7 +22,6 @@ ROUNDING = 0.3  # [rad/s2] of second differences of the protocol's numbers of 32
 
 @pytest.fixture(scope="module")
 def parts():
-    """The registered robots, where the driver is installed, and the model is there."""
     pytest.importorskip("trossen_arm")
     plugin = pytest.importorskip("bt_manip_trossen.plugin")
     if not (plugin.model_folder() / plugin.MODEL).is_file():
@@ -33,22 +30,8 @@ def parts():
 
 
 @pytest.fixture(scope="module")
-def start(parts, tmp_path_factory):
-    """Start simulated arms, which end with the tests."""
-    started = []
-
-    def start(*model: Path) -> SimulatedRobot:
-        started.append(start_widowx(tmp_path_factory.mktemp("robot") / "log", *model))
-        return started[-1]
-
-    yield start
-    for robot in started:
-        robot.end()
-
-
-@pytest.fixture(scope="module")
-def robot(start):
-    return start()
+def robot(parts, start_simulator):
+    return start_simulator(start_widowx)
 
 
 @pytest.fixture(scope="module")
@@ -94,11 +77,11 @@ def exceeded(references: np.ndarray, speed: float) -> dict[str, float]:
     }
 
 
-def test_the_cubes_of_the_scene_end_in_the_real_basket(parts, start, tmp_path):
+def test_the_cubes_of_the_scene_end_in_the_real_basket(parts, start_simulator, tmp_path):
     scene, model, report = (tmp_path / name for name in ("scene.toml", "cell.xml", "report.json"))
     write_scene(scene, CUBES, ON_TABLE)
     cell = write_model(scene, parts, model, "widowx_ai")
-    robot = start(model)
+    robot = start_simulator(start_widowx, model)
     names = "widowx_ai", "trossen"
     run = Operator(robot, scene, cell, "--report", str(report), cycles=CUBES, names=names)
     try:

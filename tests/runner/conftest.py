@@ -1,5 +1,7 @@
 """A station with two robots and a cube between them; reports of registered trees."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from bt_manip import build_station, spatial
@@ -8,9 +10,10 @@ from bt_manip.record import take_snapshot
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import Hardware, Run, RunObserver, prepare, request_of
 from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
+from tests.support.program import task as task
 
 
 @pytest.fixture(scope="module")
@@ -38,13 +41,37 @@ def right(station):
     return station.robots["right"]
 
 
-def request_of_tree(parts: Parts, tree: str, **request) -> RunRequest:
-    return RunRequest(find_tree(tree, {n: parts.trees.get(n) for n in parts.trees}), **request)
+class StillCell:
+    """A cell in which nothing happens but time."""
+
+    generation = steps = 0
+
+    def __init__(self) -> None:
+        self.before_remove, self.objects, self.entities = [], {}, {}
+
+    @property
+    def time(self) -> float:
+        return self.steps * 1e-3
+
+    def step(self, n, then=()) -> None:
+        for _ in range(n):
+            self.steps += 1
+            for look in then:
+                look()
+
+
+def still_station() -> SimpleNamespace:
+    """Return a station without robots."""
+    cell = StillCell()
+    return SimpleNamespace(
+        cell=cell, robots={}, begin_cycle=lambda cycle: None, hardware=Hardware(cell), files={},
+        infrastructure={"cell": cell},
+    )  # fmt: skip
 
 
 def report_of(parts: Parts, tree: str, *observers: RunObserver, **request) -> RunReport:
     recorder = Recorder(tree, request.get("seed", 0))
-    prepare(request_of_tree(parts, tree, **request), parts).execute([recorder, *observers])
+    prepare(request_of(tree, parts, **request), parts).execute([recorder, *observers])
     return recorder.report()
 
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from bt_manip.record import take_snapshot
-from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunObserver, prepare
+from bt_manip.runner import RunObserver, prepare, request_of
 
-from .conftest import continued, request_of_tree
+from .conftest import continued, report_of
 
-RADIUS = 0.35  # [m]
+BLENDED = {"blend_radius": "0.35"}  # [m]
 
 
 class Blends(RunObserver):
@@ -26,17 +25,6 @@ class Blends(RunObserver):
             self.taken.setdefault(str(np.round(trajectory.end, 3)), take_snapshot(self.run))
 
 
-def request(parts, cycles, seed=0):
-    settings = {"blend_radius": str(RADIUS)}
-    return request_of_tree(parts, "pick_place", cycles=cycles, seed=seed, settings=settings)
-
-
-def report_of(run, *observers):
-    recorder = Recorder("", 0)
-    run.execute([recorder, *observers])
-    return recorder.report()
-
-
 def check(report):
     assert [cycle.placed for cycle in report.cycles] == [True] * len(report.cycles)
     for cycle in report.cycles:
@@ -47,17 +35,18 @@ def check(report):
 
 def test_a_cycle_is_shorter_inside_all_limits_and_continues_bit_for_bit(parts):
     blends = Blends()
-    report = report_of(prepare(request(parts, 1), parts), blends)
+    report = report_of(parts, "pick_place", blends, settings=BLENDED)
     check(report)
     assert report.simulated_s <= 3.3
     assert len(blends.taken) == 2
     *_, last = blends.taken.values()
-    assert continued(prepare(request(parts, 1), parts), last) == report.state_digest
+    again = prepare(request_of("pick_place", parts, settings=BLENDED), parts)
+    assert continued(again, last) == report.state_digest
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", [811, 812])
 def test_a_hundred_blended_cycles_are_placed_in_at_most_3_3_s_each_on_average(parts, seed):
-    report = report_of(prepare(request(parts, 100, seed), parts))
+    report = report_of(parts, "pick_place", cycles=100, seed=seed, settings=BLENDED)
     check(report)
     assert report.simulated_s / 100 <= 3.3

@@ -9,6 +9,7 @@ import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.runner import Station
+from tests.support.garbage import memory
 
 AWAY = np.array([0.3, -0.2, 0.2, 0.1, -0.2, 0.2, 0.4])
 PRESENT = 5
@@ -92,8 +93,7 @@ def test_what_is_there_keeps_every_bit_while_objects_come_and_go_and_the_arm_mov
 def left_behind() -> tuple[int, int]:
     """Give the memory of this process that is in use [bytes], and how many objects Python keeps."""
     gc.collect()
-    with open("/proc/self/statm") as file:
-        return 4096 * int(file.read().split()[1]), len(gc.get_objects())
+    return memory(), len(gc.get_objects())
 
 
 @pytest.mark.soak

@@ -1,25 +1,18 @@
 """What a cycle leaves behind, and what the next one finds."""
 
-import os
-
 import pytest
 
 from bt_manip.record import Recorder
-from bt_manip.runner import Reloader, RunObserver, RunRequest, TreeSource, known_behaviours, prepare
+from bt_manip.runner import Reloader, RunRequest, TreeSource, known_behaviours, prepare
 
 from .conftest import Snapshots, continued
+from .test_reloading import Editor
 
-TREE = """<root BTCPP_format="4">
-  <BehaviorTree ID="Leave" {attributes}>
-    <Sequence>
-      <SpawnObject model="cube" object="{{cube}}"/>
-      <CloseGripper/>
-      <Script code="n := 7; sum := 1.5"/>
-      <Sleep msec="{msec}"/>
-    </Sequence>
-  </BehaviorTree>
-</root>
-"""
+ROOT = """<Sequence>
+  <SpawnObject model="cube" object="{cube}"/>
+  <CloseGripper/>
+  <Sleep msec="20"/>
+</Sequence>"""
 
 
 class Begins(Snapshots):
@@ -38,12 +31,11 @@ class Begins(Snapshots):
 
 
 @pytest.fixture
-def leave(tmp_path, parts):
+def leave(task, parts):
     """Prepare runs of a tree that leaves a cube on the table and the gripper closed."""
 
     def make(attributes="", cycles=3):
-        path = tmp_path / "leave.xml"
-        path.write_text(TREE.format(attributes=attributes, msec=20))
+        path = task(ROOT, attributes)
         return prepare(RunRequest(TreeSource("leave", "xml", path=path), cycles=cycles), parts)
 
     return make
@@ -76,32 +68,12 @@ def test_a_run_that_is_resumed_puts_the_cell_back_as_the_whole_run_does(leave):
         assert continued(leave(), begins.taken[tick]) == recorder.report().state_digest
 
 
-def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_path, parts):
-    path = tmp_path / "leave.xml"
-
-    class Edit(RunObserver):
-        def run_started(self, run):
-            self.run, self.ticks = run, 0
-
-        def before_tick(self):
-            self.ticks += 1
-            if "cube" in self.run.station.cell.entities and path.read_text() != edited:
-                path.write_text(edited)
-                os.utime(path, ns=(1, 1))
-                self.width = self.run.station.gripper.width
-
-    run = leave(cycles=1)
-    edited = TREE.format(attributes='_results="n sum"', msec=30).replace("<CloseGripper/>", "")
-    told = []
-    run.execute([Edit(), Reloader(run.request.tree, known_behaviours(parts), told.append)])
+def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, parts):
+    run, told = leave(cycles=1), []
+    path = run.request.tree.path
+    edited = path.read_text().replace("<CloseGripper/>", "")
+    reloader = Reloader(run.request.tree, known_behaviours(parts), told.append)
+    run.execute([Editor(path, 5, edited), reloader])
     assert "begins anew" in told[0]
     assert [name for name in run.station.cell.entities if "cube" in name] == ["cube"]
     assert run.station.gripper.width > 0.07
-
-
-def test_the_results_of_a_tree_are_in_the_report(leave):
-    recorder = Recorder("leave", 0)
-    leave('_results="n sum lost"', cycles=2).execute([recorder])
-    assert [one.results for one in recorder.report().cycles] == 2 * [
-        {"n": 7, "sum": 1.5, "lost": None}
-    ]

@@ -2,20 +2,16 @@
 
 import pytest
 
-from bt_manip import build_station, spatial
+from bt_manip import spatial
 from bt_manip.behaviours import IsIn, IsOn, ObjectExists, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysSuccess, Sequence, SetBlackboard, Sleep, Tree
 from bt_manip.cell import Cube
 from bt_manip.runner import GoalJudge
+from tests.support.notebook import built as built
+from tests.support.notebook import station as station
 
 FLOOR = "0.3;0.31;0.1;0.11"
 IN_BASKET = spatial.pose((0.68, 0.0, 1.08))
-
-
-@pytest.fixture(scope="module")
-def built():
-    station = build_station()
-    return station, station.get_state()
 
 
 @pytest.fixture
@@ -24,11 +20,11 @@ def cell(station):
 
 
 def run(station, *children, goal):
-    return station.run(Tree(Sequence("task", *children), clock=station.clock, goal=goal))
+    return station.run(Tree(Sequence("task", *children), goal=goal))
 
 
-def spawn(**ports):
-    return SpawnObject(region=FLOOR, object="{object}", **ports)
+def spawn():
+    return SpawnObject(region=FLOOR, object="{object}")
 
 
 def goal():

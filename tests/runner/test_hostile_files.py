@@ -25,7 +25,6 @@ VALUES = (None, "x", -1, 0, 1e300, float("inf"), 10**400, [], {}, [[]], True, "f
 
 
 def damaged(text: str, rng: random.Random) -> str:
-    """Replace some values, cut some pieces out and put others in."""
     for _ in range(rng.randint(1, 4)):
         found = list(re.finditer(r"-?[0-9][0-9.e-]*|\"[^\"\n]*\"|\[[^][\n]*\]|[a-z_]+", text))
         if rng.random() < 0.7 and found:
@@ -37,52 +36,63 @@ def damaged(text: str, rng: random.Random) -> str:
     return text
 
 
-def check(read, error=BtManipError) -> bool:
+def check(read) -> bool:
     """Return whether a file was refused; any other exception and a long time are failures."""
     start = time.process_time()
     try:
         read()
         refused = False
-    except error as problem:
+    except BtManipError as problem:
         refused = True
         assert str(problem) and len(max(str(problem).splitlines(), key=len)) < 3000
     assert time.process_time() - start < 20.0  # a hang, not a measurement
     return refused
 
 
-def check_scenes(parts, folder: Path, count: int, *, built: bool) -> None:
+def soak(*values):
+    return pytest.param(*values, marks=pytest.mark.soak)
+
+
+@pytest.mark.parametrize(("count", "built"), [(40, False), soak(2000, True)])
+def test_damaged_scenes_are_refused_or_read(parts, tmp_path, count, built):
     text = (bundled_root("scenes") / "varied_pick.toml").read_text()
-    rng, path = random.Random(1), folder / "scene.toml"
-    refused = 0
-    for _ in range(count):
+    rng, path = random.Random(1), tmp_path / "scene.toml"
+
+    def read():
         path.write_text(damaged(text, rng))
+        scene = read_scene(path, parts)
+        if built:
+            build_station(parts, scene=scene).randomizer.begin(0)
 
-        def read():
-            scene = read_scene(path, parts)
-            if built:
-                build_station(parts, scene=scene).randomizer.begin(0)
-
-        refused += check(read)
-    assert refused > count / 4
+    assert sum(check(read) for _ in range(count)) > count / 4
 
 
-def check_robots(folder: Path, count: int, name: str, least: int) -> None:
-    """Damage a file of a robot; at least one time in ``least`` it must be refused."""
+@pytest.mark.parametrize(
+    ("name", "count", "least"),  # one time in `least` it must be refused
+    [
+        ("post.toml", 25, 4),
+        ("post.xml", 20, 8),
+        soak("post.toml", 3000, 4),
+        soak("post.xml", 2000, 8),
+    ],
+)
+def test_damaged_robots_are_refused_or_made(tmp_path, name, count, least):
     models = Path(__file__).parent.parent / "robots" / "models"
     texts = {one: (models / one).read_text() for one in ("post.toml", "post.xml", "pincers.xml")}
     for one, text in texts.items():
-        (folder / one).write_text(text)
-    rng, path = random.Random(2), folder / name
+        (tmp_path / one).write_text(text)
+    rng = random.Random(2)
 
     def read():
-        path.write_text(damaged(texts[name], rng))
-        Robot(read_description(folder / "post.toml"))
+        (tmp_path / name).write_text(damaged(texts[name], rng))
+        Robot(read_description(tmp_path / "post.toml"))
 
     assert sum(check(read) for _ in range(count)) > count / least
 
 
-def check_snapshots(folder: Path, count: int) -> None:
-    path = folder / "snapshot.json"
+@pytest.mark.parametrize("count", [100, soak(10_000)])
+def test_damaged_snapshots_are_refused(tmp_path, count):
+    path = tmp_path / "snapshot.json"
     save_snapshot(path, {"a": [1.0, {"b": "text"}], "c": None})
     text, rng = path.read_text(), random.Random(4)
     for _ in range(count):
@@ -92,24 +102,3 @@ def check_snapshots(folder: Path, count: int) -> None:
         except (ValueError, RecursionError):
             same = False
         assert check(lambda: load_snapshot(path)) or same
-
-
-def test_damaged_scenes_are_refused_or_read(parts, tmp_path):
-    check_scenes(parts, tmp_path, 40, built=False)
-
-
-@pytest.mark.parametrize(("name", "count", "least"), [("post.toml", 25, 4), ("post.xml", 20, 8)])
-def test_damaged_robots_are_refused_or_made(tmp_path, name, count, least):
-    check_robots(tmp_path, count, name, least)
-
-
-def test_damaged_snapshots_are_refused(tmp_path):
-    check_snapshots(tmp_path, 100)
-
-
-@pytest.mark.soak
-def test_thousands_of_damaged_files_are_refused_or_read(parts, tmp_path):
-    check_scenes(parts, tmp_path, 2000, built=True)
-    check_robots(tmp_path, 3000, "post.toml", 4)
-    check_robots(tmp_path, 2000, "post.xml", 8)
-    check_snapshots(tmp_path, 10_000)

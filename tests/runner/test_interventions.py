@@ -24,17 +24,6 @@ from tests.support.runs import Listener
 START = np.array([0.0, 0.0, 1.04])
 
 
-class Requests(RunObserver):
-    def __init__(self, run, requests) -> None:
-        self.run, self.requests = run, requests
-
-    def before_tick(self):
-        due = round(self.run.station.cell.time, 6)
-        for time, data in self.requests:
-            if round(time, 6) == due:
-                self.run.interventions.request(data)
-
-
 def pull(target, body="cube", point=(0.0, 0.0, 0.0), max_force=50.0):
     return {
         "kind": "perturbation", "body": body, "point": [*point], "target": target,
@@ -50,17 +39,24 @@ def override(path, status="FAILURE", before=True, execution=0):
 
 
 class Outcome(RunObserver):
-    def __init__(self, station, root, requests=(), *observers, state=None) -> None:
+    """Runs a tree, makes requests at their times, and keeps events and states."""
+
+    def __init__(self, station, root, requests=(), state=None) -> None:
         tree = Tree(root, clock=station.clock)
         tree.setup(**station.infrastructure)
         self.run = Run(RunRequest(TreeSource("test", "python")), tree, station)
-        self.states = []
+        self.requests, self.states = requests, []
         if state is not None:
             self.run.set_state(state)
         recorder, self.events = Recorder("test", 0), []
-        self.run.execute([recorder, Requests(self.run, requests), Listener(self.events), self])
+        self.run.execute([recorder, Listener(self.events), self])
         self.digest = recorder.report().state_digest
         self.position = station.cell.pose("cube").translation
+
+    def before_tick(self):
+        for time, data in self.requests:
+            if time == pytest.approx(self.run.station.cell.time):
+                self.run.interventions.request(data)
 
     def after_tick(self):
         self.states.append(self.run.get_state())
@@ -76,7 +72,7 @@ def start(station):
 
     def run(root, requests=(), state=None) -> Outcome:
         station.set_state(initial)
-        return Outcome(station, root, requests, state=state)
+        return Outcome(station, root, requests, state)
 
     return run
 

@@ -21,19 +21,18 @@ def test_pick_place_succeeds_with(parts, robot):
     assert succeeds(parts, MODELS / f"{robot}.toml")
 
 
-def test_a_half_metre_arm_picks_without_a_tree_or_scene_of_its_own(parts, tmp_path):
-    assert succeeds(parts, write_small_arm(tmp_path))
+WEAK = {"opening": 0.04, "force": 20.0}  # it picks a smaller cube
+SETTINGS = {"region": "0.0;0.05;0.2;0.25", "height": "0.12", "drop_height": "0.19"}
 
 
-@pytest.mark.soak
-def test_a_half_metre_arm_picks_close_cubes(parts, tmp_path):
-    assert succeeds(parts, write_small_arm(tmp_path), "pick_place_cluttered")
-
-
-def test_a_weak_gripper_that_opens_too_little_picks_a_smaller_cube(parts, tmp_path):
-    assert succeeds(parts, write_small_arm(tmp_path, opening=0.04, force=20.0))
-
-
-def test_region_and_heights_can_be_set(parts, tmp_path):
-    settings = {"region": "0.0;0.05;0.2;0.25", "height": "0.12", "drop_height": "0.19"}
-    assert succeeds(parts, write_small_arm(tmp_path), settings=settings)
+@pytest.mark.parametrize(
+    ("arm", "options"),
+    [
+        ({}, {}),
+        (WEAK, {}),
+        ({}, {"settings": SETTINGS}),
+        pytest.param({}, {"tree": "pick_place_cluttered"}, marks=pytest.mark.soak),
+    ],
+)
+def test_a_half_metre_arm_picks_without_a_scene_of_its_own(parts, tmp_path, arm, options):
+    assert succeeds(parts, write_small_arm(tmp_path, **arm), **options)

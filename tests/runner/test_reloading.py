@@ -1,26 +1,18 @@
 """A tree that is edited while it runs."""
 
 import os
-from types import SimpleNamespace
-from typing import ClassVar
 
 import pytest
 
 from bt_manip.bt import BehaviourRegistry
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
-from bt_manip.runner import (
-    Hardware,
-    Run,
-    RunObserver,
-    RunRequest,
-    TreeSource,
-    known_behaviours,
-    prepare,
-)
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, known_behaviours, prepare
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
 from tests.support.runs import Listener
+
+from .conftest import still_station
 
 DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main" _results="seen new">
@@ -29,13 +21,6 @@ DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <TreeNodesModel>
     <SubTree ID="Main"><input_port name="note" default="calm"/>{port}</SubTree>
   </TreeNodesModel>
-</root>"""
-
-
-REMOVING = """<root BTCPP_format="4">
-  <BehaviorTree ID="Main">
-    <Sequence><RemoveObject object="{name}"/><Sleep msec="{msec}"/></Sequence>
-  </BehaviorTree>
 </root>"""
 
 
@@ -50,16 +35,6 @@ class Editor(RunObserver):
             os.utime(self.path, ns=(1, 1))  # another time than before, however coarse the clock
 
 
-class Cell:
-    generation = time = 0
-    before_remove: ClassVar[list] = []
-    objects: ClassVar[dict] = {}
-    entities: ClassVar[dict] = {}
-
-    def step(self, n, then=()):
-        self.time += 1e-3 * n
-
-
 def document(seen=1, msec=100, more="", port=""):
     return DOCUMENT.format(seen=seen, msec=msec, more=more, port=port)
 
@@ -68,18 +43,12 @@ def run(tmp_path, edited):
     """Run a tree that sleeps for 0.1 s; its file is edited at the fifth tick, after 40 ms."""
     path = tmp_path / "task.xml"
     path.write_text(document())
-    cell, told = Cell(), []
+    station, told = still_station(), []
     source = TreeSource("task", "xml", path=path)
-    behaviours = BehaviourRegistry()
-    tree = load_document(source, Parts(), {"note": "wild"}, lambda: cell.time, told.append)
-    station = SimpleNamespace(
-        cell=cell, begin_cycle=lambda cycle: None, robots={}, hardware=Hardware(cell), files={},
-        infrastructure={"cell": cell},
-    )  # fmt: skip
+    tree = load_document(source, Parts(), {"note": "wild"}, lambda: station.cell.time, told.append)
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
-    events = []
-    listener = Listener(events, ("edit",))
-    made.execute([listener, Editor(path, 5, edited), Reloader(source, behaviours, told.append)])
+    events, reloader = [], Reloader(source, BehaviourRegistry(), told.append)
+    made.execute([Listener(events, ("edit",)), Editor(path, 5, edited), reloader])
     made.edits = [event.data["problems"] for event in events]
     return made, told
 
@@ -115,16 +84,17 @@ def test_what_an_edit_can_never_run_is_told_and_it_begins(tmp_path):
         ("basket", "was edited; the tree begins anew"),  # removed meanwhile, and there at the start
         (
             "baskt",
-            ":3:15: port 'object' of RemoveObject: no object 'baskt'; did you mean 'basket'?",
+            ":3:11: port 'object' of RemoveObject: no object 'baskt'; did you mean 'basket'?",
         ),
     ],
 )
-def test_an_edit_names_the_objects_of_the_start(tmp_path, parts, name, ends):
-    path, told = tmp_path / "task.xml", []
-    path.write_text(REMOVING.format(name="basket", msec=100))
+def test_an_edit_names_the_objects_of_the_start(task, parts, name, ends):
+    path = task('<Sequence><RemoveObject object="basket"/><Sleep msec="100"/></Sequence>')
     made = prepare(RunRequest(TreeSource("task", "xml", path=path)), parts)
+    told = []
     reloader = Reloader(made.request.tree, known_behaviours(parts), told.append)
-    editor = Editor(path, 3, REMOVING.format(name=name, msec=30))
+    edited = path.read_text().replace("basket", name).replace("100", "30")
+    editor = Editor(path, 3, edited)
     made.execute([editor, reloader])
     assert [line.removeprefix(str(path)).strip() for line in told] == [ends]
     assert made.station.cell.time == pytest.approx(0.1 if name == "baskt" else 0.05, abs=0.02)

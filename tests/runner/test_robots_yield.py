@@ -36,14 +36,12 @@ def test_behaviour_fails_when_the_other_robot_stays_longer_than_it_waits(station
 
 def test_contact_between_fingers_of_two_robots_is_no_grip(station, left, right):
     cell = station.cell
-    tool = left.robot.tool_pose.translation
     for robot, y in ((left, 0.004), (right, -0.004)):
         away = spatial.pointing_down((0.0, y, 1.3), 0.0)
         found = robot.arm.ik.nearest(away, robot.robot.q)
-        assert found.solved, tool
+        assert found.solved
         robot.robot.set_configuration(found.q)
     mujoco.mj_forward(cell.model, cell.data)
     pairs = cell.contact_monitor.summary().unexpected
     assert any({a.split("/")[0], b.split("/")[0]} == {"left", "right"} for a, b in pairs)
-    fingers = [pair for pair in pairs if all("finger" in body for body in pair)]
-    assert fingers
+    assert any(all("finger" in body for body in pair) for pair in pairs)

@@ -1,31 +1,24 @@
 """The loop: cycles, ticks, control steps, observers, and every way in which it ends."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
 
-from bt_manip.bt import Action, AlwaysFailure, AlwaysSuccess, Sequence, Sleep, Status, Tree
-from bt_manip.runner import Hardware, Run, RunModifier, RunObserver, RunRequest, TreeSource
+from bt_manip.bt import (
+    Action,
+    AlwaysFailure,
+    AlwaysSuccess,
+    NodeStatus,
+    Sequence,
+    Sleep,
+    Status,
+    Tree,
+)
+from bt_manip.runner import Run, RunModifier, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.loop import Pacing
 
-
-class Cell:
-    """A cell in which nothing happens but time."""
-
-    def __init__(self) -> None:
-        self.steps = 0
-        self.generation = 0
-        self.before_remove: list = []
-
-    @property
-    def time(self) -> float:
-        return self.steps * 1e-3
-
-    def step(self, n, then=()):
-        for _ in range(n):
-            self.steps += 1
-            for look in then:
-                look()
+from .conftest import StillCell, still_station
 
 
 class Log(RunObserver):
@@ -55,13 +48,9 @@ class Log(RunObserver):
 
 
 def make(root, cycles=1, tick=0.002) -> Run:
-    cell = Cell()
-    tree = Tree(root, clock=lambda: cell.time)
-    request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
-    station = SimpleNamespace(
-        cell=cell, robots={}, begin_cycle=lambda cycle: None, hardware=Hardware(cell), files={}
-    )
-    return Run(request, tree, station)
+    station = still_station()
+    tree = Tree(root, clock=lambda: station.cell.time)
+    return Run(RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick), tree, station)
 
 
 def test_observers_are_told_everything_in_order():
@@ -75,46 +64,31 @@ def test_observers_are_told_everything_in_order():
 
 
 def test_a_modifier_of_the_run_is_told_after_all_who_watch():
-    told = []
-
-    class Modifier(RunModifier):
-        def after_tick(self):
-            told.append("modifier")
-
-    class Watcher(RunObserver):
-        def after_tick(self):
-            told.append("watcher")
-
-    make(Sleep("rest", msec=3)).execute([Modifier(), Watcher(), Modifier(), Watcher()])
-    assert told[:8] == ["watcher", "watcher", "modifier", "modifier"] * 2
+    told, observers = [], [RunModifier(), RunObserver(), RunModifier(), RunObserver()]
+    for number, observer in enumerate(observers):
+        observer.after_tick = partial(told.append, number)
+    make(Sleep("rest", msec=3)).execute(observers)
+    assert told[:8] == [1, 3, 0, 2] * 2
 
 
 @pytest.mark.parametrize(
     ("root", "reason"),
     [
-        (lambda: Sequence("root", AlwaysFailure("never")), "never:"),
-        (
-            lambda: Sleep("rest", msec=3, skip_if="true"),
-            "rest: the root was skipped, nothing was done",
-        ),
+        (Sequence("root", AlwaysFailure("never")), "never:"),
+        (Sleep("rest", msec=3, skip_if="true"), "rest: the root was skipped, nothing was done"),
     ],
 )
 def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows(root, reason):
     log = Log()
-    make(root(), cycles=2).execute([log])
+    make(root, cycles=2).execute([log])
     ended = [call for call in log.calls if call.startswith("cycle_ended")]
     assert len(ended) == 2
     assert all(call.startswith(f"cycle_ended FAILURE {reason}") for call in ended)
 
 
 def test_without_an_end_it_goes_on_until_it_is_stopped():
-    asked, log = [], Log()
-
-    def stop() -> bool:
-        asked.append(True)
-        return len(asked) > 50
-
-    make(AlwaysSuccess(), cycles=0).execute([log], stop=stop)
+    left, log = iter(range(50)), Log()
+    make(AlwaysSuccess(), cycles=0).execute([log], stop=lambda: next(left, None) is None)
     assert len([c for c in log.calls if c.startswith("cycle_started")]) == 51
     assert log.calls[-1] == "run_ended"
 
@@ -130,25 +104,15 @@ def test_ten_cycles_in_a_row_that_fail_at_once_end_the_run(msec, cycles):
 
 
 def test_stopping_halts_what_runs():
-    class Work(Action):
-        halted = False
-
-        def update(self):
-            return Status.RUNNING
-
-        def terminate(self, new_status):
-            self.halted = new_status is Status.INVALID
-
-    work = Work()
-    ticks = iter([False, False, True])
-    make(Sequence(work)).execute(stop=lambda: next(ticks))
-    assert work.halted
+    run, ticks = make(Sequence(Sleep("rest", msec=1000))), iter([False, False, True])
+    run.execute(stop=lambda: next(ticks))
+    assert run.tree.statuses() == bytes([NodeStatus.IDLE] * 2)
 
 
 class Brake:
     """An arm that takes a while to come to rest."""
 
-    def __init__(self, cell: Cell) -> None:
+    def __init__(self, cell: StillCell) -> None:
         self._cell, self._rest = cell, 1e9
 
     @property
@@ -185,45 +149,30 @@ def test_when_something_raises_everyone_is_told_that_the_run_has_ended():
 
 def test_observers_hear_of_a_changed_model_before_the_next_step():
     class Change(Action):
-        def setup(self, *, cell, **_):
-            self.cell = cell
-
         def update(self):
-            self.cell.generation += 1
+            run.station.cell.generation += 1
             return Status.SUCCESS
 
     log, run = Log(), make(Change())
-    run.tree.setup(cell=run.station.cell)
     run.execute([log])
     assert log.calls[2:5] == ["cycle_started 0", "after_compile", "step"]
 
 
-@pytest.fixture
-def wall(monkeypatch):
-    """A wall clock that only sleeping moves."""
-    clock = SimpleNamespace(now=100.0, slept=[])
+def test_real_time_waits_for_the_wall_clock_and_a_late_run_does_not_hurry_afterwards(monkeypatch):
+    now, slept = [100.0], []
 
     def sleep(duration: float) -> None:
-        clock.slept.append(duration)
-        clock.now += duration
+        slept.append(duration)
+        now[0] += duration
 
-    monkeypatch.setattr("bt_manip.runner.loop.time.perf_counter", lambda: clock.now)
+    monkeypatch.setattr("bt_manip.runner.loop.time.perf_counter", lambda: now[0])
     monkeypatch.setattr("bt_manip.runner.loop.time.sleep", sleep)
-    return clock
-
-
-def test_real_time_waits_for_the_wall_clock(wall):
     pacing = Pacing(2.0)
     pacing.start(0.0)
     pacing.wait(0.5)
     pacing.wait(1.0)
-    assert wall.slept == pytest.approx([0.25, 0.25])
-
-
-def test_a_run_that_was_late_does_not_hurry_afterwards(wall):
-    pacing = Pacing(1.0)
-    pacing.start(0.0)
-    wall.now += 5.0
-    pacing.wait(1.0)
-    pacing.wait(1.5)
-    assert wall.slept == pytest.approx([0.5])
+    assert slept == pytest.approx([0.25, 0.25])
+    now[0] += 5.0
+    pacing.wait(2.0)
+    pacing.wait(3.0)
+    assert slept == pytest.approx([0.25, 0.25, 0.5])

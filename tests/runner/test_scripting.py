@@ -2,33 +2,19 @@
 
 import pytest
 
-from bt_manip import build_station
-from bt_manip.behaviours import MoveHome, ObjectExists
-from bt_manip.bt import Delay, NodeStatus, Precondition, Sequence, Sleep, Tree
-from bt_manip.runner import Station
+from bt_manip.behaviours import ObjectExists
+from bt_manip.bt import NodeStatus, Precondition, Sequence, Sleep, Tree
+from tests.support.notebook import built as built
+from tests.support.notebook import station as station
 
 
-@pytest.fixture(scope="module")
-def built() -> Station:
-    return build_station()
-
-
-@pytest.fixture
-def station(built: Station) -> Station:
-    built.arm.reset()
-    return built
-
-
-def test_it_steps_until_the_condition_holds_and_no_further(station):
+def test_it_steps_until_the_condition_holds_or_the_timeout_and_no_further(station):
     start = station.cell.time
     station.step_until(lambda: station.cell.time > start + 0.0495)
     assert station.cell.time == pytest.approx(start + 0.050)
     before = station.cell.state_bytes()
     station.step_until(lambda: True)
     assert station.cell.state_bytes() == before
-
-
-def test_a_condition_that_never_holds_is_an_error_after_the_timeout(station):
     start = station.cell.time
     with pytest.raises(TimeoutError, match="within 0.02 s"):
         station.step_until(lambda: False, timeout=0.02)
@@ -41,12 +27,6 @@ def test_a_tree_runs_to_its_end_by_simulated_time_in_ticks_of_the_length_asked_f
         rest = Tree(Sequence("wait", Sleep("rest", msec=40)), clock=station.clock)
         assert station.run(rest, tick=tick).status is NodeStatus.SUCCESS
         assert station.cell.time == pytest.approx(start + duration)
-
-
-def test_a_behaviour_runs_as_a_tree_of_its_own(station):
-    start = station.cell.time
-    assert station.run(Delay("wait", MoveHome(), delay_msec=30)).status is NodeStatus.SUCCESS
-    assert station.cell.time == pytest.approx(start + 0.030, abs=0.011)
 
 
 def test_a_result_says_how_a_tree_ended_and_why(station):

@@ -1,7 +1,5 @@
 """Two robots in one cell: each has its own arm and gripper, and behaviours say which."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -26,9 +24,6 @@ from .conftest import set_up
 MIDDLE = spatial.pointing_down((0.0, 0.0, 1.2))
 BESIDE = spatial.pointing_down((0.0, 0.3, 1.2))
 ORIGIN = spatial.pose((0.0, 0.0, 0.0))
-
-
-# What a station with several robots is
 
 
 def test_each_robot_of_a_scene_has_a_name_an_arm_a_controller_and_a_gripper(station):
@@ -61,19 +56,6 @@ def test_each_robot_has_the_description_controller_and_planner_of_the_scene(part
 def test_robots_that_cannot_be_told_apart_are_refused(robots, message):
     with pytest.raises(BtManipError, match=message):
         Scene(robots)
-
-
-def test_two_robots_inside_each_other_are_refused(parts):
-    with pytest.raises(BtManipError, match="inside"):
-        build_station(parts, scene=Scene((SceneRobot(ORIGIN, "a"), SceneRobot(ORIGIN, "b"))))
-
-
-# Which robot a behaviour means
-
-
-def test_a_behaviour_that_names_no_robot_is_refused_before_anything_moves(station):
-    with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right'; select one"):
-        set_up(station, MoveHome())
 
 
 def test_a_behaviour_that_takes_the_only_arm_is_refused_where_there_are_two(station):
@@ -132,16 +114,3 @@ def test_what_one_holds_the_other_does_not_and_it_is_an_obstacle_to_it(station, 
     left.arm.move_linear(MIDDLE)  # where it holds the cube up: 30 mm of it below the fingers
     with pytest.raises(MotionError, match="'left' blocks"):
         right.arm.move_to_pose(spatial.pointing_down((0.0, 0.0, 1.1)))
-
-
-def test_both_go_on_from_a_state_bit_for_bit(station, left, right):
-    left.arm.move_to_pose(MIDDLE)
-    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
-    right.gripper.close()
-    station.cell.step(200)
-    state = json.loads(json.dumps(station.get_state()))
-    station.cell.step(200)
-    expected = station.cell.state_bytes()
-    station.set_state(state)
-    station.cell.step(200)
-    assert station.cell.state_bytes() == expected

@@ -77,17 +77,13 @@ def test_a_setting_that_does_not_fit_the_document_is_refused(parts, document, se
         prepared(parts, document, **settings)
 
 
-def test_what_is_strange_in_a_document_is_a_warning(parts, tmp_path):
-    path = tmp_path / "typo.xml"
-    path.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="M">'
-        '<MoveHome _skipIff="true"/></BehaviorTree></root>'
-    )
+def test_what_is_strange_in_a_document_is_a_warning(parts, task):
+    path = task('<MoveHome _skipIff="true"/>')
     with pytest.raises(BtManipError, match="has no key 'speed'"):
         prepared(parts, path, speed="1")
     warnings = []
     prepared(parts, path, warnings.append)
-    assert len(warnings) == 1 and "typo.xml:1:" in warnings[0] and "_skipIff" in warnings[0]
+    assert len(warnings) == 1 and "task.xml:3:" in warnings[0] and "_skipIff" in warnings[0]
 
 
 def test_arguments_are_read_as_their_annotations_say(parts, python):

@@ -1,6 +1,5 @@
 """Two robots at one table: both pick, neither touches the other."""
 
-from contextlib import closing
 from io import StringIO
 
 import numpy as np
@@ -16,15 +15,13 @@ from .conftest import report_of
 
 
 def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
-    scene = parts.tree_defaults["two_arms"].scene
-    return report_of(parts, "two_arms", *observers, scene=scene, cycles=cycles, seed=1)
+    return report_of(parts, "two_arms", *observers, cycles=cycles, seed=1)
 
 
 @pytest.fixture(scope="module")
 def traced(parts, tmp_path_factory) -> tuple[RunReport, dict[str, np.ndarray]]:
     path = tmp_path_factory.mktemp("run") / "trace.npz"
-    with closing(Trace(path)) as trace:
-        report = run(parts, 1, trace)
+    report = run(parts, 1, Trace(path))
     with np.load(path) as rows:
         return report, dict(rows)
 

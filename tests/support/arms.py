@@ -44,7 +44,7 @@ class Wave(Reference):
         self.t += dt
         A, w = self.amplitude * (self.t > self.delay), self.rate
         t = self.t - self.delay
-        # InitialGuesses at rest at q0: 1 - cos.
+        # It starts at rest at q0: 1 - cos.
         self.q = self.q0 + A * (1 - np.cos(w * t))
         self.v = np.full_like(self.q0, A * w * np.sin(w * t))
         self.a = np.full_like(self.q0, A * w * w * np.cos(w * t))

@@ -20,20 +20,20 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def _memory() -> int:
+def memory() -> int:
     """Return the resident memory of this process, as far as it is known [B]."""
     return int(STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if STATM.exists() else 0
 
 
-_kept = _memory()
+_kept = memory()
 
 
 def pytest_runtest_logfinish() -> None:
     """Collect garbage once it takes much memory: each station of 10 MB is a cycle."""
     global _kept
-    if _memory() > _kept + GROWTH:
+    if memory() > _kept + GROWTH:
         gc.collect()
-        _kept = _memory()
+        _kept = memory()
 
 
 def pytest_unconfigure() -> None:

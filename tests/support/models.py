@@ -7,8 +7,7 @@ import mujoco
 import pytest
 from dm_control import mjcf
 
-SHARED = Path(__file__).resolve().parents[3] / "shared"
-"""Folder beside the checkout."""
+SHARED = Path(__file__).resolve().parents[3] / "shared"  # beside the checkout
 
 ROBOTS = Path(__file__).with_name("robots")
 """Models and descriptions of arms that tests of several packages use."""

@@ -21,8 +21,7 @@ PAGES = {
         *sorted((ROOT / "plugins").glob("*/README.md")),
     )
     if not path.relative_to(ROOT).as_posix().startswith(GENERATED)
-}
-"""Texts by path."""
+}  # texts by path
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 SAVED = re.compile(r"\b[Ss]aved? (?:this |it )?as `([^`\s]+)`")
@@ -33,14 +32,11 @@ TYPED = ("bt-manip", "make", "pip", "pytest", "python", "sh", "source", "ssh")
 
 
 class File(NamedTuple):
-    """A file that a page tells to save."""
-
     name: str
     text: str
 
 
 def blocks(page: str, language: str) -> list[str]:
-    """Return the fenced blocks of a language."""
     return [text for name, text in FENCED.findall(PAGES[page]) if name == language]
 
 

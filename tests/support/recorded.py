@@ -7,19 +7,21 @@ from typing import Any
 import pytest
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
-from bt_manip.bt import Node, Sequence, Sleep
+from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
 from bt_manip.runner import Run, RunObserver
 from bt_manip_recording import McapRecorder, Recording
 
 
-def coming_and_going() -> Node:
+def coming_and_going(rest: int = 50) -> Node:
+    """Return a task in which an object comes, stays while the arm rests [ms], and goes."""
     return Sequence(
         "root",
+        Script(code="speed := 0.5"),
         SpawnObject("come", object="{cube}"),
         MoveToConfiguration("turn", configuration=[1.0, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep("rest", msec=50),
+        Sleep("rest", msec=rest),
         RemoveObject("go", object="{cube}"),
-        Sleep("end", msec=50),
+        Fallback("rescue", AlwaysFailure("never"), Sleep("end", msec=50)),
     )
 
 
@@ -32,7 +34,8 @@ class Cube(RunObserver):
         self.ticks: list[tuple[float, Any]] = []
 
     def after_step(self) -> None:
-        running = [n.name for n in self.tree.nodes[1:] if n.engine_status.name == "RUNNING"]
+        leaves = [node for node in self.tree.nodes if not node.children]
+        running = [node.name for node in leaves if node.engine_status.name == "RUNNING"]
         self.steps.append((self.cell.time, "; ".join(running)))
 
     def after_tick(self) -> None:

@@ -12,7 +12,6 @@ from bt_manip.bt import Node, Tree
 from bt_manip.cli import Interrupt, run_app
 from bt_manip.registry import Parts
 from bt_manip.runner import KINDS, Run, RunEvent, RunObserver, RunRequest, TreeSource
-from bt_manip.scenes import Scene
 from tests.support.station_pool import StationPool
 
 
@@ -62,21 +61,12 @@ def in_this_process(monkeypatch) -> None:
 def make_run(parts: Parts) -> Callable[..., Run]:
     """Make a run of a tree; options that are not named here are those of its request."""
 
-    def make(
-        root: Node,
-        *,
-        scene: Scene | None = None,
-        seed: int = 0,
-        goal: Node | tuple[()] = (),
-        **request: Any,
-    ) -> Run:
-        source = TreeSource("test", "python")
-        chosen: dict[str, Any] = {} if scene is None else {"scene": scene}
-        chosen |= {key: value for key, value in request.items() if key == "robot"}
-        station = PREPARE.make_station(RunRequest(source, seed=seed, **chosen), parts)
+    def make(root: Node, *, goal: Node | tuple[()] = (), **options: Any) -> Run:
+        request = RunRequest(TreeSource("test", "python"), **options)
+        station = PREPARE.make_station(request, parts)
         tree = Tree(root, clock=station.clock, goal=goal)
         tree.setup(**station.infrastructure)
-        return Run(RunRequest(source, seed=seed, **request), tree, station)
+        return Run(request, tree, station)
 
     return make
 

@@ -25,14 +25,14 @@ MODEL = """
         <geom type="cylinder" size="0.035 0.025" pos="0 0 0.025"/>
         <body name="upper_arm" pos="0 0 0.06">
           <joint name="joint2" axis="0 1 0" range="-1.9 1.9"/>
-          <geom fromto="0 0 0.05 0 0 {upper}"/>
-          <body name="forearm" pos="0 0 {upper}">
+          <geom fromto="0 0 0.05 0 0 0.2340"/>
+          <body name="forearm" pos="0 0 0.2340">
             <joint name="joint3" axis="0 1 0" range="-2.8 2.8"/>
             <geom fromto="0 0 0.04 0 0 0.1"/>
-            <body name="lower_forearm" pos="0 0 {half_fore}">
+            <body name="lower_forearm" pos="0 0 0.1080">
               <joint name="joint4" axis="0 0 1" range="-3.1 3.1"/>
               <geom fromto="0 0 0 0 0 0.06" size="0.022"/>
-              <body name="wrist" pos="0 0 {half_fore}">
+              <body name="wrist" pos="0 0 0.1080">
                 <joint name="joint5" axis="0 1 0" range="-2.1 2.1"/>
                 <geom fromto="0 0 0.02 0 0 0.03" size="0.02"/>
                 <body name="hand" pos="0 0 0.05">
@@ -131,7 +131,6 @@ def write_small_arm(
     friction: float = 0.1,
     damping: float = 0.1,
     effort: float = 12.0,
-    reach: float = 0.45,
     opening: float = 0.08,
     force: float = 80.0,
 ) -> Path:
@@ -143,16 +142,11 @@ def write_small_arm(
         friction: Dry friction of each joint [N m].
         damping: Of each joint [N m s/rad].
         effort: Limit of each joint [N m].
-        reach: Length of upper arm and forearm together [m].
         opening: Of the gripper [m].
         force: Maximum of each finger [N].
     """
-    upper, fore = 0.52 * reach, 0.48 * reach
-    values = {
-        "armature": armature, "friction": friction, "damping": damping, "effort": effort,
-        "upper": f"{upper:.4f}", "half_fore": f"{fore / 2:.4f}",
-    }  # fmt: skip
-    (folder / "small.xml").write_text(MODEL.format(**values))
+    model = MODEL.format(armature=armature, friction=friction, damping=damping, effort=effort)
+    (folder / "small.xml").write_text(model)
     path = folder / "small.toml"
     path.write_text(DESCRIPTION.format(opening=opening, force=force))
     return path

@@ -13,8 +13,7 @@ from bt_manip.scenes import Scene, find_scene
 KINDS = "objects", "robots", "grippers", "controllers", "planners", "model_sources"
 """Kinds of parts that a station consists of."""
 
-MOST = 8
-"""Number of stations that are kept."""
+MOST = 8  # stations that are kept
 
 
 class StationPool:
@@ -48,7 +47,6 @@ class StationPool:
         return station
 
     def release(self) -> None:
-        """Take all stations back."""
         self._used.clear()
 
     def _key(self, parts: Parts, scene: Scene, options: dict[str, Any]) -> Any:

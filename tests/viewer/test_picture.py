@@ -1,5 +1,7 @@
 """A picture shows what stands in the cell, where the camera's geometry says."""
 
+from unittest.mock import Mock
+
 import mujoco
 import numpy as np
 import pytest
@@ -30,11 +32,6 @@ def project(cell: Cell, camera: str, point: np.ndarray) -> tuple[int, int]:
     return round(0.5 * HEIGHT + focal * y / z - 0.5), round(0.5 * WIDTH - focal * x / z - 0.5)
 
 
-def blue(picture: np.ndarray) -> np.ndarray:
-    """Tell which pixels are much bluer than red."""  # (height, width)
-    return picture[..., 2].astype(int) - picture[..., 0] > 60
-
-
 def test_the_cube_is_seen_where_the_camera_projects_it_after_the_last_step(opengl):
     cell = cell_with_cube(0.3, 0.2)
     free = cell.model.joint("cube/").qposadr[0]
@@ -42,7 +39,7 @@ def test_the_cube_is_seen_where_the_camera_projects_it_after_the_last_step(openg
         cell.data.qpos[free : free + 2] = x, y
         picture = render(cell, width=WIDTH, height=HEIGHT)
         assert picture.shape == (HEIGHT, WIDTH, 3)
-        rows, columns = np.nonzero(blue(picture))
+        rows, columns = np.nonzero(picture[..., 2].astype(int) - picture[..., 0] > 60)  # blue
         row, column = project(cell, "overview", np.array([x, y, 1.3]))
         assert (rows.mean(), columns.mean()) == pytest.approx((row, column), abs=1.0)
         # 0.1 m wide, some 2.3 m away, seen over an edge
@@ -67,25 +64,20 @@ def test_an_unknown_camera_and_an_impossible_size_are_refused():
 
 
 @pytest.fixture
-def no_context(monkeypatch) -> list[bool]:
-    """Let no renderer be made; return how often that was tried."""
-    tried = []
-
-    def fail(*_):
-        tried.append(True)
-        raise mujoco.FatalError("no context")
-
+def no_context(monkeypatch) -> Mock:
+    """Let no renderer be made; return what is called instead."""
+    made = Mock(side_effect=mujoco.FatalError("no context"))
     monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setattr(FrameRenderer, "failure", "")
-    monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
-    return tried
+    monkeypatch.setattr(mujoco.Renderer, "__init__", made)
+    return made
 
 
 def test_without_opengl_it_says_what_would_help_and_is_not_tried_again(no_context):
     for _ in range(2):
         with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
             render(Cell())
-    assert no_context == [True]  # a second try of GLFW aborts the process
+    assert no_context.call_count == 1  # a second try of GLFW aborts the process
 
 
 def test_with_opengl_disabled_it_says_so(monkeypatch):

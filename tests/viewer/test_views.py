@@ -8,7 +8,16 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from bt_manip.bt import Action, Condition, Fallback, ReactiveSequence, Sequence, Status, Tree
+from bt_manip.bt import (
+    Action,
+    Condition,
+    Fallback,
+    ReactiveSequence,
+    ScriptCondition,
+    Sequence,
+    Status,
+    Tree,
+)
 from bt_manip.runner.observer import RunObserver
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.tree_source import TreeSource
@@ -19,8 +28,6 @@ HIDE, SHOW = "\x1b[?25l", "\x1b[?25h"
 
 
 class Step(Action):
-    """Run for a tick, then end as it is told."""
-
     result = Status.SUCCESS
 
     def initialise(self) -> None:
@@ -114,14 +121,11 @@ def test_without_a_terminal_each_phase_is_a_line(watch):
     assert "\x1b" not in "".join(lines)
 
 
-class Check(Condition):
-    def update(self) -> Status:
-        return Status.SUCCESS
-
-
 def test_a_condition_that_is_checked_at_every_tick_is_one_line_until_it_changes(watch):
-    tree = ReactiveSequence("while", Check("clear"), Step("reach"))
-    lines = watch(PlainView, tree, Check("clear"), terminal=False).splitlines()
+    tree = ReactiveSequence("while", ScriptCondition("clear", code="true"), Step("reach"))
+    lines = watch(
+        PlainView, tree, ScriptCondition("clear", code="true"), terminal=False
+    ).splitlines()
     assert [line.split()[2:4] for line in lines[:-1]] == [
         ["yes", "clear"],
         ["SUCCESS", "reach:"],

@@ -7,7 +7,6 @@ import signal
 import struct
 import subprocess
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,13 +20,7 @@ from bt_manip import build_station
 from bt_manip.runner import Station
 from bt_manip.viewer import render
 from bt_manip.viewer.window import aim
-
-TREE = """
-    from bt_manip.bt import Sleep
-
-    def rest(msec=100):
-        return Sleep("rest", msec=msec)
-"""
+from tests.support.program import trees as trees
 
 PROBE = """
 import glfw
@@ -85,7 +78,6 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
 
 
 def wait_for(condition: Callable[[], bool], process: subprocess.Popen, timeout: float) -> None:
-    """Wait for something that a process does [s]."""
     end = time.monotonic() + timeout
     while not condition():
         assert process.poll() is None, f"it ended with {process.returncode}"
@@ -105,11 +97,10 @@ def without_robot(station: Station, size: tuple[int, int]) -> np.ndarray:
     return picture
 
 
-def test_the_window_shows_the_robot_and_stays_open_until_ctrl_c(opengl, display, tmp_path):
-    (tmp_path / "trees.py").write_text(textwrap.dedent(TREE))
+def test_the_window_shows_the_robot_and_stays_open_until_ctrl_c(opengl, display, trees, tmp_path):
     report, trace = tmp_path / "report.json", tmp_path / "trace.npz"
     process = subprocess.Popen(
-        [sys.executable, "-m", "bt_manip", "run", f"{tmp_path}/trees.py:rest", "--window",
+        [sys.executable, "-m", "bt_manip", "run", f"{trees}:quick", "--window",
          "--report", report, "--trace", trace],
         env=display.environment, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip

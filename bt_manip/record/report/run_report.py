@@ -240,6 +240,7 @@ class RunReport:
         foreign: Options for trees of others, where any were given.
         varied: Parameters that were set as a sweep varies them, by name.
         agent: Kind of the actions of an agent that acted in place of the tree; empty without one.
+        episode: Number of the episode that was run instead of cycles.
         sha256: SHA-256 of the files that were read for the run, by name without folder: of the tree
             and what it includes, scene, robot, models and so on. ``files of NAME`` are the meshes
             and textures of a model together; of several of one name there are several.
@@ -276,6 +277,7 @@ class RunReport:
     foreign: dict[str, Any] = field(default_factory=dict)
     varied: dict[str, Any] = field(default_factory=dict)
     agent: str = ""
+    episode: int | None = None
     sha256: dict[str, str] = field(default_factory=dict)
     modules: dict[str, str] = field(default_factory=dict)
     speed: float = 1.0

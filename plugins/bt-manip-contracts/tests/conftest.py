@@ -28,12 +28,9 @@ LONG = {
 @pytest.fixture
 def situations(situations):
     situations.add(BESIDE_ANOTHER, put_another, after=HOLDING)
-    situations.add(AFTER_A_MOTION, move)
+    move = MoveLinear(pose="0.4;-0.05;1.4;0;1;0;0")
+    situations.add(AFTER_A_MOTION, lambda station: play(station, move))
     return situations
-
-
-def move(station):
-    play(station, MoveLinear(pose="0.4;-0.05;1.4;0;1;0;0"))
 
 
 def put_another(station):

@@ -51,12 +51,6 @@ def test_a_broken_behaviour_is_found(situations, check, cls, example, message):
         check(BehaviourCase(cls, example, situations))
 
 
-def test_a_gripper_that_forgets_its_state_is_found():
-    case = RobotCase(panda(), broken.ForgetfulGripper)
-    with pytest.raises(AssertionError, match="'panda' does not continue from its state"):
-        robots.its_gripper_continues_from_its_state(case)
-
-
 def test_a_behaviour_that_needs_a_cell_to_be_made_is_found(situations):
     with pytest.raises(AttributeError, match="cell"):
         behaviours.needs_no_robot_to_be_built(
@@ -64,41 +58,40 @@ def test_a_behaviour_that_needs_a_cell_to_be_made_is_found(situations):
         )
 
 
-@pytest.mark.parametrize(
-    ("check", "parameters", "message"),
-    [
-        (objects.is_stable_at_rest, {"rest_height": 0.03}, "does not rest where it was put"),
-        (objects.is_stable_at_rest, {"rest_height": 0.033, "tilt": 0.6}, "it moved"),
-        (objects.survives_a_fall, {"rest_height": 0.03}, "inside the floor"),
-        (objects.is_made_again_from_its_parameters, {"tilt": 0.3}, "is different"),
-    ],
-)
-def test_a_broken_object_is_found(check, parameters, message):
-    with pytest.raises(AssertionError, match=message):
-        check(ObjectCase("thing", broken.Thing, parameters))
+GRIPPER = RobotCase(panda(), broken.ForgetfulGripper)
 
 
-def test_an_object_whose_kind_is_another_is_found():
-    with pytest.raises(AssertionError, match="calls its kind 'thing'"):
-        objects.is_made_again_from_its_parameters(ObjectCase("ball", broken.Thing))
+def thing(name="thing", **parameters):
+    return ObjectCase(name, broken.Thing, parameters)
+
+
+def controller(cls):
+    return ControllerCase("broken", cls)
 
 
 @pytest.mark.parametrize(
-    ("check", "cls", "message"),
+    ("check", "case", "message"),
     [
-        (controllers.never_gives_nan, broken.Nan, "nan"),
-        (controllers.never_gives_nan, broken.TooFew, r"gives \(6,\), expected \(7,\)"),
-        (controllers.stays_inside_the_effort_limits, broken.BeyondTheLimits, "the limits are"),
-        (controllers.is_stable_at_rest, broken.NoGravity, "off after a second at rest"),
-        (controllers.returns_from_a_push, broken.Swings, "after a push"),
-        (controllers.does_not_chatter, broken.BangBang, "'broken' chatters at rest"),
-        (controllers.does_not_chatter, broken.SignOfVelocity, "'broken' chatters at rest"),
-        (controllers.takes_over_smoothly, broken.Jerks, "of an effort limit"),
+        (robots.its_gripper_continues_from_its_state, GRIPPER, "'panda' does not continue from"),
+        (objects.is_stable_at_rest, thing(rest_height=0.03), "does not rest where it was put"),
+        (objects.is_stable_at_rest, thing(rest_height=0.033, tilt=0.6), "it moved"),
+        (objects.survives_a_fall, thing(rest_height=0.03), "inside the floor"),
+        (objects.is_made_again_from_its_parameters, thing(tilt=0.3), "is different"),
+        (objects.is_made_again_from_its_parameters, thing("ball"), "calls its kind 'thing'"),
+        (controllers.never_gives_nan, controller(broken.Nan), "nan"),
+        (controllers.never_gives_nan, controller(broken.TooFew), r"gives \(6,\), expected"),
+        (controllers.stays_inside_the_effort_limits, controller(broken.BeyondTheLimits),
+         "the limits are"),
+        (controllers.is_stable_at_rest, controller(broken.NoGravity), "off after a second at rest"),
+        (controllers.returns_from_a_push, controller(broken.Swings), "after a push"),
+        (controllers.does_not_chatter, controller(broken.BangBang), "'broken' chatters at rest"),
+        (controllers.does_not_chatter, controller(broken.SignOfVelocity), "chatters at rest"),
+        (controllers.takes_over_smoothly, controller(broken.Jerks), "of an effort limit"),
     ],
-)
-def test_a_broken_controller_is_found(check, cls, message):
+)  # fmt: skip
+def test_a_broken_part_is_found(check, case, message):
     with pytest.raises(AssertionError, match=message):
-        check(ControllerCase("broken", cls))
+        check(case)
 
 
 def runs_of(parts, name):

@@ -10,17 +10,17 @@ import bt_manip_contracts.contract_list  # noqa: F401  what the inner sessions i
 
 pytest_plugins = ("pytester",)
 
+IMPORT = "from bt_manip_contracts import Example, contracts_of\n"
 HEAVY = ("mujoco", "pinocchio", "dm_control", "numpy", "rich", "lxml", "py_trees", "click")
 
 
 @pytest.fixture
 def session(situations, pytester):
-    """Run pytest over a file and give its result."""
     situations.reset()  # whatever has to be imported is: it would be imported anew by each session
 
     def run(*options: str, test_it: str = ""):
         if test_it:
-            (pytester.path / "test_it.py").write_text(textwrap.dedent(test_it))
+            (pytester.path / "test_it.py").write_text(test_it)
         return pytester.runpytest_inprocess("-p", "no:cacheprovider", *options)
 
     return run
@@ -41,7 +41,7 @@ MINE = """
     from bt_manip.bt import Condition, Input, Status
 
     class Looks(Condition):
-        {doc}
+        \"\"\"Look.\"\"\"
         object = Input(str, doc="Name.")
 
         def setup(self, **infrastructure):
@@ -59,22 +59,16 @@ MINE = """
 def test_one_line_holds_a_plugin_to_its_contracts(session, monkeypatch, pytester):
     (pytester.path / "plugins").mkdir()
     mine = pytester.path / "plugins" / "mine.py"
-    mine.write_text(textwrap.dedent(MINE.format(doc='"""Look."""')))
+    mine.write_text(textwrap.dedent(MINE))
     monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(mine.parent))
-    line = """
-        from bt_manip_contracts import Example, contracts_of
-        test_mine = contracts_of("mine", examples={"Looks": Example({"object": "cube"})})
-        """
+    line = (
+        IMPORT + 'test_mine = contracts_of("mine", examples={"Looks": Example({"object": "cube"})})'
+    )
     session(test_it=line).assert_outcomes(passed=9)
-    without = """
-        from bt_manip_contracts import contracts_of
-        test_mine = contracts_of("mine")
-        """
-    result = session(test_it=without)
+    result = session(test_it=IMPORT + 'test_mine = contracts_of("mine")')
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*examples={'Looks': Example({\"object\": ...})}*"])
-    unknown = "from bt_manip_contracts import contracts_of\ntest_it = contracts_of('mnie')"
-    result = session(test_it=unknown)
+    result = session(test_it=IMPORT + 'test_it = contracts_of("mnie")')
     result.stdout.fnmatch_lines(["*no plugin 'mnie'; did you mean 'mine'*"])
 
 
@@ -112,10 +106,7 @@ def test_one_line_holds_trees_and_scenes_of_a_plugin_to_contracts_of_all_plugins
     leaf = '<root BTCPP_format="4"><BehaviorTree ID="T"><Sleep msec="200"/></BehaviorTree></root>'
     (folder / "rest.xml").write_text(leaf)
     monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(folder))
-    line = """
-        from bt_manip_contracts import contracts_of
-        test_runs = contracts_of("runs")
-        """
+    line = IMPORT + 'test_runs = contracts_of("runs")'
     session("-k", "tree", test_it=line).assert_outcomes(passed=2, deselected=1)
     result = session("--collect-only", "-q", "-m", "soak or not soak")
     result.stdout.fnmatch_lines_random(

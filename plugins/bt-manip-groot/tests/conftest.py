@@ -12,6 +12,7 @@ from bt_manip.bt import Action, BehaviourRegistry, Blackboard, Input, Status, Tr
 from bt_manip.runner import Run, RunObserver, RunRequest, Station, TreeSource
 from bt_manip_groot.publisher import GrootPublisher
 from tests.support.program import bt_manip as bt_manip
+from tests.support.program import task as task
 from tests.support.runs import make_run as make_run
 from tests.support.runs import shared_stations as shared_stations
 from tests.support.runs import station_pool as station_pool
@@ -53,12 +54,10 @@ def groot2() -> Path:
 
 @pytest.fixture(scope="session")
 def station(parts):
-    """Give the station of all runs: each begins a cycle in it."""
     return build_station(parts)
 
 
 def run_of(station: Station, tree: Tree, **request: Any) -> Run:
-    """Give a run of a tree in a station."""
     tree.clock = station.clock
     tree.setup(**station.infrastructure)
     return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
@@ -80,7 +79,6 @@ class Steps(RunObserver):
         self.done.release()
 
     def tick(self, count: int = 1) -> None:
-        """Allow ticks and wait for their end."""
         for _ in range(count):
             self.start_tick()
             self.wait()
@@ -90,7 +88,6 @@ class Steps(RunObserver):
         self._allowed.release()
 
     def wait(self) -> None:
-        """Wait for the end of a tick."""
         assert self.done.acquire(timeout=20)
 
 
@@ -104,18 +101,16 @@ class Watched:
         self.port = free_ports()
         publisher = GrootPublisher(self.port, self.lines.append)
         self.run = run_of(station, tree, cycles=0, tick=0.01)
-        self._stopped = False
         self._thread = threading.Thread(
             target=self.run.execute,
             args=[[self.steps, publisher]],
-            kwargs={"stop": lambda: self._stopped},
+            kwargs={"stop": lambda: self.steps.free},
         )
         self._thread.start()
         self.client = Client(self.port)
 
     def stop(self) -> None:
-        """End the run."""
-        self._stopped = self.steps.free = True
+        self.steps.free = True
         self._thread.join(20)
         assert not self._thread.is_alive()
         self.client.close()
@@ -123,7 +118,6 @@ class Watched:
 
 @pytest.fixture
 def watch(station):
-    """Give a function that starts a run of a tree; it waits for `steps`."""
     started = []
 
     def start(tree) -> Watched:

@@ -11,17 +11,10 @@ import pytest
 
 from .client import Client, free_ports, hook
 
-TREE = (
-    '<root BTCPP_format="4"><BehaviorTree ID="Main">'
-    '<Sequence><Sleep name="rest" msec="10000000"/></Sequence></BehaviorTree></root>'
-)
-
 
 @pytest.fixture
-def path(tmp_path):
-    """Give the file of an endless tree."""
-    (tmp_path / "rest.xml").write_text(TREE)
-    return tmp_path / "rest.xml"
+def path(task):
+    return task('<Sequence><Sleep name="rest" msec="10000000"/></Sequence>')
 
 
 def test_ctrl_c_at_a_breakpoint_ends_the_run_and_writes_its_files(path, tmp_path):

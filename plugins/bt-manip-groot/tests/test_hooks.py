@@ -2,6 +2,7 @@
 
 import json
 import time
+from unittest.mock import Mock
 
 import pytest
 from py_trees.behaviours import Running
@@ -16,8 +17,6 @@ IDLE, RUNNING, SUCCESS, FAILURE = range(4)
 
 
 class Count(Action):
-    """Counts how often it is ticked and halted."""
-
     ticks = halts = 0
 
     def update(self):
@@ -133,11 +132,7 @@ def test_a_paused_run_goes_on_when_the_publisher_fails(counted, monkeypatch):
     client.ask("I", hook(3))
     steps.start_tick()
     client.reached()
-
-    def fail(data):
-        raise SystemExit
-
-    monkeypatch.setattr(publisher_module, "key_of", fail)
+    monkeypatch.setattr(publisher_module, "key_of", Mock(side_effect=SystemExit))
     client.requests.send_multipart([b"\x02R\0\0\0\0", b"{}"])
     steps.wait()
     assert counted.count.ticks == 1

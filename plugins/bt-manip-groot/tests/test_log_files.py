@@ -1,11 +1,11 @@
 """Log files have the header, the schema and the rows of those of BehaviorTree.CPP."""
 
+import itertools
 import os
 import sqlite3
 import struct
 from contextlib import closing
 from pathlib import Path
-from typing import ClassVar
 
 import pytest
 
@@ -39,30 +39,22 @@ def read_database(path, query):
         return database.execute(query).fetchall()
 
 
-class Interventions(RunObserver):
-    """Does to a node what Groot2 did when the sample was logged."""
-
-    STATUSES: ClassVar = {11: NodeStatus.FAILURE, 14: NodeStatus.SUCCESS}
-
-    def run_started(self, run):
-        self.ticks = 0
-        self.node = run.tree.node("work")
-
-    def before_tick(self):
-        self.ticks += 1
-        status = self.STATUSES.get(self.ticks)
-        self.node.set_tick_hooks(status and (lambda node: status))
-
-
 @pytest.fixture(scope="module")
 def logs(station, groot2, tmp_path_factory):
     """Log the 40 ticks of the sample tree; give both files."""
     folder = tmp_path_factory.mktemp("logs")
     document = (groot2 / "demo.xml").read_text()
-    tree = sample_tree(document)
+    tree, ticks = sample_tree(document), itertools.count(1)
     paths = folder / "demo.btlog", folder / "demo.db3"
     paths[1].write_text("an older file")
-    observers = Interventions(), BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
+
+    def intervene() -> None:  # as Groot2 did when the sample was logged
+        status = {11: NodeStatus.FAILURE, 14: NodeStatus.SUCCESS}.get(next(ticks))
+        tree.node("work").set_tick_hooks(status and (lambda node: status))
+
+    groot = RunObserver()
+    groot.before_tick = intervene
+    observers = groot, BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
     run_of(station, tree, cycles=11, tick=0.1).execute(observers)
     assert read_btlog(paths[0])[1] == instance_to_xml(tree)
     return paths
@@ -101,8 +93,6 @@ def test_a_log_ends_when_the_tree_is_replaced(station, tmp_path):
     tree = Tree(Sequence(Sleep(msec=20)))
 
     class Replace(BtlogRecorder):
-        """Replaces the tree by a larger one."""
-
         def cycle_started(self, cycle):
             super().cycle_started(cycle)
             if cycle == 1:
@@ -131,30 +121,20 @@ def test_a_full_disk_is_one_error_and_a_database_does_not_replace_a_pipe(station
     assert pipe.is_fifo()
 
 
-@pytest.fixture(scope="module")
-def recorded(station, tmp_path_factory):
-    """Record a run as MCAP and as logs; give the folder."""
-    folder = tmp_path_factory.mktemp("recorded")
-    logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
-    observers = *logs, McapRecorder(folder / "run.mcap")
-    run_of(station, Tree(coming_and_going())).execute(observers)
-    return folder
-
-
-def test_logs_of_a_recording_are_those_of_the_run(bt_manip, recorded, tmp_path):
+def test_logs_of_a_recording_are_those_of_the_run(bt_manip, station, tmp_path):
+    logs = BtlogRecorder(tmp_path / "live.btlog"), SqliteRecorder(tmp_path / "live.db3")
+    run = run_of(station, Tree(coming_and_going()))
+    run.execute([*logs, McapRecorder(tmp_path / "run.mcap")])
     for name in ("run.btlog", "run.db3"):
-        assert bt_manip("export", recorded / "run.mcap", "-o", tmp_path / name).code == 0
-    live, exported = (
-        path.read_bytes() for path in (recorded / "live.btlog", tmp_path / "run.btlog")
-    )
+        assert bt_manip("export", tmp_path / "run.mcap", "-o", tmp_path / name).code == 0
+    live, exported = ((tmp_path / f"{name}.btlog").read_bytes() for name in ("live", "run"))
     start = 23 + int.from_bytes(live[19:23], "little")  # of the wall time of the start
     assert exported[:start] == live[:start] and exported[start + 8 :] == live[start + 8 :]
     assert len(live) > start + 8 + 10 * 9
     rows = []
-    for path in (recorded / "live.db3", tmp_path / "run.db3"):
+    for path in (tmp_path / "live.db3", tmp_path / "run.db3"):
         changes = read_database(
-            path,
-            "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp",
+            path, "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp"
         )
         nodes = read_database(path, "SELECT * FROM Nodes")
         xml = read_database(path, "SELECT xml_tree FROM Definitions")

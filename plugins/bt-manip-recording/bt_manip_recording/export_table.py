@@ -101,7 +101,8 @@ def _write(recording: Recording, path: Path, write: Callable[[Any, BinaryIO], No
 
 def _robot_columns(recording: Recording, robot: str, t: np.ndarray) -> dict[str, Any]:
     """Return the state of wrist and gripper after the last tick at some times."""
-    found = list(recording.messages(f"/robots/{robot}/state"))
+    topic = f"/robots/{robot}/state"  # missing where only the states of a page were saved
+    found = list(recording.messages(topic)) if topic in recording.topics else []
     states = [state for _, _, state in found]
     rows = _latest([time for time, _, _ in found], t)
     wrench = np.array([[*state["force"], *state["torque"]] for state in states]).reshape(-1, 6)

@@ -14,14 +14,7 @@ from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.cell import parse_size
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import Parameter
-from bt_manip.record import (
-    identify,
-    is_special,
-    live_state,
-    take_snapshot,
-    versions,
-    whole_file,
-)
+from bt_manip.record import identify, is_special, live_state, take_snapshot, versions, whole_file
 from bt_manip.runner import PendingSteps, Run, RunEvent, RunObserver, StepLog
 from bt_manip_recording.log_lines import log_line
 from bt_manip_recording.tool_paths import tool_path
@@ -151,7 +144,7 @@ class McapRecorder(RunObserver):
             for robot in self._robots:
                 robot.bind()
         self._write_scene()
-        self._add("/tf_static", self._scene.fixed_frames(self._now))
+        self._file.add("/tf_static", self._now, self._scene.fixed_frames(self._now))
         self._file.add_json(CAMERAS, self._now, cameras_of(self._scene.scene))
         if first:
             self._copy_poses()
@@ -225,16 +218,13 @@ class McapRecorder(RunObserver):
     def _now(self) -> int:
         return nanoseconds(self._cell.time)
 
-    def _add(self, topic: str, message: bytes) -> None:
-        self._file.add(topic, self._now, message)
-
     def _add_message(self, topic: str, message: Any) -> None:
         """Add a message of a registered source: a dict or a protobuf message."""
         if isinstance(message, dict):
             self._file.add_json(topic, self._now, message)
         else:
             self._file.add_topic(topic, type(message))
-            self._add(topic, message.SerializeToString())
+            self._file.add(topic, self._now, message.SerializeToString())
 
     def _draw_path(self, name: str, moving: bool, time: int) -> None:
         """Draw the planned path of the tool while a robot moves [ns]."""

@@ -22,9 +22,7 @@ from bt_manip.record import (
 from bt_manip.runner import STEP_FIELDS, Run, RunObserver, StepBlock
 
 
-def columns_of(
-    blocks: Mapping[str, StepBlock],
-) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
+def columns_of(blocks: Mapping[str, StepBlock]) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
     """Return times, traced columns of robots and their names; with several, ``robot/column``.
 
     Args:

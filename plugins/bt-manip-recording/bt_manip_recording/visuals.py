@@ -180,7 +180,9 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
     rgba = _colour_of(model, geom)
     kind = _Geom(int(model.geom_type[geom]))
     if kind in (_Geom.mjGEOM_MESH, _Geom.mjGEOM_SDF):
-        triangles = _triangles_of(model, int(model.geom_dataid[geom]))
+        mesh = int(model.geom_dataid[geom])
+        (vertices, _), faces = mesh_corners(model, mesh, model.mesh_face, model.mesh_facenormal)
+        triangles = Triangles(model.mesh_vert[model.mesh_vertadr[mesh] + vertices], faces)
         mesh_shape = VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)
         return [_with_texture(model, geom, mesh_shape)]
     ball = 2 * x, 2 * x, 2 * x
@@ -204,11 +206,6 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
                 found[0]._replace(kind="ellipsoid", position=position + end * axes[2::3], size=ball)
             )
     return found
-
-
-def _triangles_of(model: mujoco.MjModel, mesh: int) -> Triangles:
-    (vertices, _), faces = mesh_corners(model, mesh, model.mesh_face, model.mesh_facenormal)
-    return Triangles(model.mesh_vert[model.mesh_vertadr[mesh] + vertices], faces)
 
 
 def _with_texture(model: mujoco.MjModel, geom: int, shape: VisualShape) -> VisualShape:

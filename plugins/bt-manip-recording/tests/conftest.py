@@ -9,6 +9,7 @@ from tests.support.drawing import (
 from tests.support.file_size import file_size_limit as file_size_limit
 from tests.support.file_size import pytest_runtest_call as pytest_runtest_call
 from tests.support.program import bt_manip as bt_manip
+from tests.support.program import task as task
 from tests.support.program import trees as trees
 from tests.support.runs import make_run as make_run
 from tests.support.runs import picked as picked

@@ -14,11 +14,6 @@ from bt_manip.exceptions import BtManipError
 from bt_manip_recording import McapRecorder
 
 
-def decode(jpeg: bytes) -> np.ndarray:
-    (frame,) = av.CodecContext.create("mjpeg", "r").decode(av.Packet(jpeg))
-    return frame.to_ndarray(format="rgb24").astype(int)
-
-
 def test_images_of_cameras_are_recorded_at_their_rate(opengl, make_run, tmp_path):
     path, cameras = tmp_path / "run.mcap", "overview,panda/wrist"
     recorder = McapRecorder(path, cameras=cameras, image_size="64x48", image_fps=25.0)
@@ -33,7 +28,8 @@ def test_images_of_cameras_are_recorded_at_their_rate(opengl, make_run, tmp_path
             image = CompressedImage.FromString(message.data)
             assert (schema.name, image.format) == ("foxglove.CompressedImage", "jpeg")
             assert image.timestamp.ToNanoseconds() == message.log_time
-        shown.append(decode(image.data))
+        (frame,) = av.CodecContext.create("mjpeg", "r").decode(av.Packet(image.data))
+        shown.append(frame.to_ndarray(format="rgb24").astype(int))
         renderer = FrameRenderer(run.station.cell.model, 64, 48, shadow_size=0, samples=0)
         number = camera_number(renderer.model, name)
         expected = renderer.frame(run.station.cell.data, number).astype(int)

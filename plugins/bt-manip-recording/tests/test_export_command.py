@@ -30,15 +30,9 @@ def test_each_format_has_its_suffix(bt_manip, recording):
         assert (code, err) == (0, "") and out.startswith(f"{file}: ") and file.stat().st_size > 100
 
 
-MOVE = """<root BTCPP_format="4"><BehaviorTree ID="Main">
-  <MoveToConfiguration configuration="0.1;-0.7;0.1;-2.3;0.0;1.6;0.8"/>
-</BehaviorTree></root>
-"""
-
-
-def test_an_exported_trace_is_the_trace_of_the_run(bt_manip, tmp_path):
-    run, trace, tree = tmp_path / "run.mcap", tmp_path / "trace.npz", tmp_path / "move.xml"
-    tree.write_text(MOVE)
+def test_an_exported_trace_is_the_trace_of_the_run(bt_manip, task, tmp_path):
+    run, trace = tmp_path / "run.mcap", tmp_path / "trace.npz"
+    tree = task('<MoveToConfiguration configuration="0.1;-0.7;0.1;-2.3;0.0;1.6;0.8"/>')
     assert bt_manip("run", tree, "--record", run, "--trace", trace).code == 0
     assert bt_manip("export", run, "--to", "npz").code == 0
     expected, found = read_trace(trace), read_trace(run.with_suffix(".npz"))

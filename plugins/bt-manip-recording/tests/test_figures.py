@@ -76,20 +76,16 @@ def test_a_recording_of_two_arms_has_the_figures_of_each(parts, tmp_path):
     check_figures(reported, recorded)
     (live,), (read,) = reported, recorded
     assert live.status == "SUCCESS" and read.robots == live.robots
-    assert {name: len(robot.picked) for name, robot in read.robots.items()} == {
-        "left": 1,
-        "right": 1,
-    }
+    picked = {name: len(robot.picked) for name, robot in read.robots.items()}
+    assert picked == {"left": 1, "right": 1}
 
 
 def test_an_interrupted_run_has_the_figures_of_its_report(parts, tmp_path):
     recorder, run = Recorder("pick_place", 0), prepare(request_of("pick_place", parts), parts)
     recorders = [recorder, McapRecorder(tmp_path / "run.mcap")]
     run.execute(recorders, stop=lambda: run.station.cell.time > 1.0)
-    (live,), (read,) = (
-        recorder.report("INTERRUPTED").cycles,
-        RecordedRun(Recording(tmp_path / "run.mcap")).cycles,
-    )
+    (live,) = recorder.report("INTERRUPTED").cycles
+    (read,) = RecordedRun(Recording(tmp_path / "run.mcap")).cycles
     assert (live.status, read.status) == ("INTERRUPTED", "RUNNING")
     assert live.phases[-1].status == "HALTED" and live.phases[-1].reason
     for name in figures(live) - {"robots", "status"}:

@@ -2,17 +2,15 @@
 
 import itertools
 import json
-import os
-import signal
 import subprocess
 import sys
-import textwrap
 from contextlib import closing
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from io import BytesIO
 from pathlib import Path
 from time import sleep
+from unittest.mock import Mock
 
 import mujoco
 import numpy as np
@@ -21,13 +19,11 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
-from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
+from bt_manip.bt import AlwaysFailure, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder, RecordingError
 from bt_manip.runner import RunObserver
@@ -40,27 +36,13 @@ from bt_manip_recording import (
     read_trace,
     write_npz,
 )
-from bt_manip_recording.foxglove import SceneMessages, serialized_points
+from bt_manip_recording.foxglove import SceneMessages
 from bt_manip_recording.mcap_file import BlockWriter, McapFile
+from tests.support.recorded import coming_and_going
 from tests.support.runs import Listener
 
 
-def coming_and_going(rest: int = 1000) -> Node:
-    """Return a task in which an object comes, stays while the arm rests [ms], and goes."""
-    return Sequence(
-        "root",
-        Script(code="speed := 0.5"),
-        SpawnObject(object="{cube}"),
-        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep("rest", msec=rest),
-        RemoveObject(object="{cube}"),
-        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
-    )
-
-
 class Watch(RunObserver):
-    """Keep what the recording should hold."""
-
     def run_started(self, run):
         self.station = run.station
         self.steps, self.poses, self.wrenches, self.free = [], [], [], []
@@ -81,16 +63,14 @@ class Watch(RunObserver):
 
 @pytest.fixture(scope="module")
 def recorded(make_run, tmp_path_factory):
-    """Record a run once: the file, and what an observer saw."""
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
     watch, recorder = Watch(), Recorder("test", 7)
-    make_run(coming_and_going(), seed=7).execute([watch, recorder, McapRecorder(path)])
+    make_run(coming_and_going(rest=1000), seed=7).execute([watch, recorder, McapRecorder(path)])
     watch.digest = recorder.report().state_digest
     return path, watch
 
 
 def read(path: Path, *topics: str):
-    """Read a file by the library's own reader."""
     with path.open("rb") as file:
         yield from make_reader(file, validate_crcs=True).iter_messages(topics or None)
 
@@ -113,14 +93,6 @@ def test_every_control_step_is_recorded_bit_for_bit(recorded):
         np.testing.assert_array_equal(np.array(fields), state)
         assert message.log_time == message.publish_time == round(time * 1e9)
     assert json.loads(found[0][1].metadata["joints"]) == [f"joint{i}" for i in range(1, 8)]
-
-
-def test_limits_and_steps_without_foreign_contacts_are_recorded(recorded):
-    path, watch = recorded
-    recording = Recording(path)
-    np.testing.assert_array_equal(recording.control_steps()["free"], watch.free)
-    for name, limits in vars(watch.station.robot.limits).items():
-        np.testing.assert_array_equal(getattr(recording.limits["panda"], name), limits)
 
 
 def test_geometry_comes_once_for_each_entity_and_goes_with_it(recorded):
@@ -151,48 +123,29 @@ def test_the_wrench_is_that_of_the_robot(recorded):
         assert len(state["grip_forces"]) == 2 and isinstance(state["held"], list)
 
 
-def test_the_log_tells_people_what_happened(recorded):
-    path, _ = recorded
-    found = [Log.FromString(message.data) for _, _, message in read(path, "/log")]
-    lines = [(Log.Level.Name(log.level), log.message) for log in found]
-    assert ("INFO", "cycle 1 started") in lines and ("INFO", "cube added") in lines
-    assert ("INFO", "cycle 1 succeeded") in lines
-    assert all(log.timestamp.ToNanoseconds() >= 0 for log in found)
-
-
-def test_a_failed_cycle_is_an_error_in_the_log(make_run, tmp_path):
+def test_the_log_tells_people_what_happened(make_run, recorded, tmp_path):
     make_run(Sequence("root", AlwaysFailure("never"))).execute([McapRecorder(tmp_path / "a.mcap")])
-    logs = [Log.FromString(m.data) for _, _, m in read(tmp_path / "a.mcap", "/log")]
+    for path, expected in (
+        (recorded[0], {"cycle 1 started", "cube added", "cycle 1 succeeded"}),
+        (tmp_path / "a.mcap", {"cycle 1 started"}),
+    ):
+        logs = [Log.FromString(message.data) for _, _, message in read(path, "/log")]
+        assert expected <= {log.message for log in logs if log.level == Log.INFO}
+        assert all(log.timestamp.ToNanoseconds() >= 0 for log in logs)
     (failed,) = [log.message for log in logs if log.level == Log.ERROR]
     assert failed.startswith("cycle 1 failed: never")
 
 
-def test_metadata_identify_the_run_as_the_report_does(make_run, tmp_path):
-    path = tmp_path / "run.mcap"
+def test_metadata_identify_the_run_as_the_report_does_and_have_its_date(make_run, tmp_path):
+    path, before = tmp_path / "run.mcap", datetime.now(UTC).replace(microsecond=0)
     recorder = Recorder("test", 7)
     run = make_run(Sleep(msec=20), seed=7, settings={"a": "1"})
     run.execute([recorder, McapRecorder(path)])
-    report = json.loads(recorder.report().to_json())
-    identity = Recording(path).identity
+    report, recording = json.loads(recorder.report().to_json()), Recording(path)
+    identity = recording.identity
     assert identity["seed"] == 7 and identity["settings"] == {"a": "1"}
     assert identity == {key: report[key] for key in identity}
-
-
-def test_the_date_of_the_run_is_in_the_metadata_alone(make_run, tmp_path, monkeypatch):
-    class Clock(datetime):
-        @classmethod
-        def now(cls, tz=None):
-            return cls(next(years), 3, 1, 12, 30, tzinfo=tz)
-
-    monkeypatch.setattr(mcap_recorder, "datetime", Clock)
-    years, paths = iter((2024, 2026)), [tmp_path / "a.mcap", tmp_path / "b.mcap"]
-    for path in paths:
-        make_run(Sleep(msec=20)).execute([McapRecorder(path)])
-    first, second = map(Recording, paths)
-    assert (first.date, second.date) == ("2024-03-01T12:30:00+00:00", "2026-03-01T12:30:00+00:00")
-    assert first.identity == second.identity
-    messages = [[(m.log_time, m.data) for _, _, m in read(path)] for path in paths]
-    assert messages[0] == messages[1]
+    assert before <= datetime.fromisoformat(recording.date) <= datetime.now(UTC)
 
 
 def test_the_planned_path_of_the_tool_is_drawn_while_the_arm_moves(recorded):
@@ -214,8 +167,11 @@ def test_the_planned_path_of_the_tool_is_drawn_while_the_arm_moves(recorded):
     assert [one.type for one in removed.deletions] == [SceneEntityDeletion.ALL]
 
 
-def test_the_same_run_gives_the_same_messages(make_run, recorded, tmp_path):
-    make_run(coming_and_going(), seed=7).execute([McapRecorder(tmp_path / "again.mcap")])
+def test_the_same_run_on_another_date_gives_the_same_messages(
+    make_run, recorded, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(mcap_recorder, "datetime", Mock(now=lambda tz: datetime(2024, 3, 1)))
+    make_run(coming_and_going(rest=1000), seed=7).execute([McapRecorder(tmp_path / "again.mcap")])
     contents = []
     for path in (recorded[0], tmp_path / "again.mcap"):
         contents.append({})
@@ -300,20 +256,16 @@ def test_a_chunk_has_the_messages_of_a_second(tmp_path, monkeypatch):
     assert [chunk.message_end_time for chunk in chunks] == [10**9, 2 * 10**9, 249 * 10**7]
 
 
-def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):
+def test_a_full_disk_is_an_error_at_the_end_of_the_run_and_a_missing_folder_before(
+    make_run, tmp_path
+):
+    with pytest.raises(BtManipError, match="'.*/missing/run.mcap' cannot be written"):
+        make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "missing" / "run.mcap")])
     run, events = make_run(Sleep("rest", msec=1500)), []
     with pytest.raises(RecordingError, match="'/dev/full' cannot be written: No space left"):
         run.execute([Listener(events, McapRecorder.kinds), McapRecorder(Path("/dev/full"))])
     assert events[-1].data["status"] == "SUCCESS"
     assert not Path("/dev/full.layout.json").exists()
-
-
-def test_an_unwritable_file_is_an_error_that_names_it(make_run, tmp_path):
-    with pytest.raises(BtManipError, match="'.*/missing/run.mcap' cannot be written"):
-        make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "missing" / "run.mcap")])
-
-
-# Recordings that were cut
 
 
 def test_a_file_cut_at_any_byte_opens_up_to_its_last_complete_chunk(recorded, tmp_path):
@@ -342,54 +294,45 @@ def test_a_file_cut_at_any_byte_opens_up_to_its_last_complete_chunk(recorded, tm
     assert max(seen) == (len(ends), len(everything))
 
 
-def test_a_complete_recording_says_so_and_knows_its_topics(recorded):
+def test_a_complete_recording_says_so_and_knows_contacts_limits_and_topics(recorded):
     path, watch = recorded
     recording = Recording(path)
     assert recording.complete
     assert recording.end == pytest.approx(watch.steps[-1][0])
+    np.testing.assert_array_equal(recording.control_steps()["free"], watch.free)
+    for name, limits in vars(watch.station.robot.limits).items():
+        np.testing.assert_array_equal(getattr(recording.limits["panda"], name), limits)
     with pytest.raises(BtManipError, match="no topic '/tree/statu'.*'/tree/status'"):
         next(recording.messages("/tree/statu"))
 
 
+TELL = """
+from bt_manip.bt import Action, Status
+
+
+class Tell(Action):
+    def setup(self, *, cell, **_):
+        self.cell = cell
+
+    def update(self):
+        print(self.cell.time, flush=True)
+        return Status.RUNNING
+"""
+
+
 def test_a_killed_run_loses_at_most_a_second(tmp_path):
-    path = tmp_path / "run.mcap"
-    code = f"""
-        from pathlib import Path
-        from bt_manip.bt import Sleep, Tree
-        from bt_manip_recording import McapRecorder
-        from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-        from bt_manip import build_station
-
-        class Tell(RunObserver):
-            def run_started(self, run):
-                self.cell = run.station.cell
-            def after_tick(self):
-                print(self.cell.time, flush=True)
-
-        station = build_station()
-        tree = Tree(Sleep(msec=10**9), clock=station.clock)
-        request = RunRequest(TreeSource("test", "python"), real_time=0.2)
-        Run(request, tree, station).execute([McapRecorder(Path({str(path)!r})), Tell()])
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    for line in itertools.islice(process.stdout, 46):
-        last = float(line)
-    os.kill(process.pid, signal.SIGKILL)
+    path, run = tmp_path / "run.mcap", [sys.executable, "-m", "bt_manip", "run", "tell.py:Tell"]
+    (tmp_path / "tell.py").write_text(TELL)
+    options = "--record", path, "--real-time", "0.2", "--quiet"
+    process = subprocess.Popen([*run, *options], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    last = [float(line) for line in itertools.islice(process.stdout, 46)][-1]
+    process.kill()
     process.wait()
     recording = Recording(path)
     assert not recording.complete
     assert recording.end >= last - 0.2
-    assert recording.identity["tree"] == "test"
-    assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Sleep"
-
-
-def test_points_of_meshes_are_serialized_as_protobuf_does():
-    points = np.array([[0.0, -1.0, 0.5], [1e-9, 2.0, 3.0]], dtype=np.float32)
-    read_back = TriangleListPrimitive.FromString(serialized_points(points)).points
-    np.testing.assert_array_equal([[p.x, p.y, p.z] for p in read_back], points)
+    assert recording.identity["tree"] == "tell.py:Tell"
+    assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Tell"
 
 
 def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, monkeypatch):
@@ -466,5 +409,5 @@ def test_plugins_add_messages_of_their_own_after_each_tick(make_run, tmp_path):
 
 def test_a_recorded_run_keeps_its_digest(make_run, recorded):
     recorder = Recorder("test", 7)
-    make_run(coming_and_going(), seed=7).execute([recorder])
+    make_run(coming_and_going(rest=1000), seed=7).execute([recorder])
     assert recorder.report().state_digest == recorded[1].digest

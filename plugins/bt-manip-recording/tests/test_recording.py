@@ -1,9 +1,11 @@
 """Recordings with any content are read or refused with one line."""
 
+import csv
 import json
 import resource
 import subprocess
 import sys
+from types import MappingProxyType
 
 import lz4.frame
 import pytest
@@ -16,29 +18,33 @@ from mcap.records import Chunk
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from bt_manip.exceptions import BtManipError
-from bt_manip_recording import Continuation, RecordedRun, RecordedScene, Recording, Timeline
+from bt_manip_recording import (
+    Continuation,
+    RecordedRun,
+    RecordedScene,
+    Recording,
+    Timeline,
+    write_csv,
+)
 from bt_manip_recording.mcap_recorder import SNAPSHOTS
 from bt_manip_recording.protobuf import control_step_class
 
 
-def rewrite(source, target, topic, data, *, metadata=None):
-    """Copy the first second of a recording, with other messages of a topic."""
+def rewrite(source, target, topic="", data=None, metadata=MappingProxyType({})):
+    """Copy the first second of a recording, with other messages of a topic, or without them."""
     with source.open("rb") as file, target.open("wb") as out:
         reader, writer, channels = make_reader(file), Writer(out), {}
         writer.start()
         for one in reader.iter_metadata():
-            writer.add_metadata(one.name, (metadata or {}).get(one.name, one.metadata))
+            writer.add_metadata(one.name, metadata.get(one.name, one.metadata))
         for _, channel, message in reader.iter_messages(ending_before=1_000_000_000):
-            if channel.id not in channels:
-                texts = channel.metadata
-                if channel.topic == topic:
-                    texts = (metadata or {}).get(topic, texts)
-                channels[channel.id] = writer.register_channel(
-                    channel.topic, channel.message_encoding, 0, texts
-                )
-            changed = data if channel.topic == topic and data is not None else message.data
-            time = message.log_time
-            writer.add_message(channels[channel.id], time, changed, time, message.sequence)
+            name, time = channel.topic, message.log_time
+            if (new := data if name == topic else message.data) is None:
+                continue
+            if name not in channels:
+                texts = metadata.get(name, channel.metadata)
+                channels[name] = writer.register_channel(name, channel.message_encoding, 0, texts)
+            writer.add_message(channels[name], time, new, time, message.sequence)
         writer.finish()
     return target
 
@@ -100,7 +106,7 @@ def test_other_messages_than_those_of_the_recorder_are_refused(picked, tmp_path,
     ],
 )
 def test_other_metadata_than_those_of_the_recorder_are_refused(picked, tmp_path, metadata):
-    path = rewrite(picked, tmp_path / "run.mcap", JOINTS, None, metadata=metadata)
+    path = rewrite(picked, tmp_path / "run.mcap", metadata=metadata)
     with pytest.raises(BtManipError, match="run.mcap is damaged"):
         Recording(path)
 
@@ -112,36 +118,31 @@ def test_a_damaged_snapshot_is_refused(picked, tmp_path, data):
         Continuation(recording, 0.5)
 
 
-def test_a_pose_that_is_no_number_is_shown(picked, tmp_path):
-    message = FrameTransforms()
-    with picked.open("rb") as file:
-        _, _, first = next(iter(make_reader(file).iter_messages(["/tf"])))
-    message.ParseFromString(first.data)
-    for one in message.transforms:
+def test_numbers_that_are_not_finite_are_shown(picked, tmp_path):
+    poses = FrameTransforms.FromString(next(Recording(picked).messages("/tf"))[2])
+    for one in poses.transforms:
         one.translation.x = float("nan")
-    show(Recording(rewrite(picked, tmp_path / "run.mcap", "/tf", message.SerializeToString())))
-
-
-def test_a_constant_of_json_is_no_error_of_the_reader(picked, tmp_path):
     state = {"force": [float("nan")] * 3, "torque": [0.0] * 3, "grip_forces": [0.0, 0.0]}
     state |= {"held": [], "gripped": [], "saturated_steps": 0, "speed_scale": float("inf")}
-    data = json.dumps(state).encode()
-    show(Recording(rewrite(picked, tmp_path / "run.mcap", "/robots/panda/state", data)))
+    contents = {
+        "/tf": poses.SerializeToString(), "/robots/panda/state": json.dumps(state).encode()
+    }  # fmt: skip
+    for topic, data in contents.items():
+        show(Recording(rewrite(picked, tmp_path / "run.mcap", topic, data)))
 
 
 @pytest.mark.parametrize("missing", ["/cameras", "/tf", "/tf_static"])
 def test_a_file_of_others_without_a_scene_is_refused(picked, tmp_path, missing):
-    path = tmp_path / "run.mcap"
-    with picked.open("rb") as file, path.open("wb") as out:
-        writer = Writer(out)
-        writer.start()
-        for _, channel, message in make_reader(file).iter_messages(ending_before=100_000_000):
-            if channel.topic != missing:
-                number = writer.register_channel(channel.topic, channel.message_encoding, 0)
-                writer.add_message(number, message.log_time, message.data, message.log_time)
-        writer.finish()
+    path = rewrite(picked, tmp_path / "run.mcap", missing)
     with pytest.raises(BtManipError, match="run.mcap has no complete chunk: it has no scene"):
         RecordedScene(Recording(path))
+
+
+def test_the_states_of_a_page_without_forces_are_exported(picked, tmp_path):
+    path = rewrite(picked, tmp_path / "run.mcap", "/robots/panda/state")
+    write_csv(Recording(path), tmp_path / "run.csv")
+    header, first, *_ = csv.reader((tmp_path / "run.csv").read_text().splitlines())
+    assert dict(zip(header, first, strict=True))["panda/force_x"] == ""
 
 
 def chunk_file(path, compression, data, size):
@@ -188,38 +189,36 @@ def test_a_small_chunk_that_holds_more_than_the_memory_is_refused(tmp_path):
     assert done.stdout.count("claims 100 bytes and has more") == 2
 
 
-@pytest.mark.parametrize("claim", [(1 << 29) + 1, 1 << 63])
-def test_a_chunk_that_claims_gigabytes_is_refused(tmp_path, claim):
-    path = chunk_file(tmp_path / "run.mcap", "zstd", zstandard.compress(b""), claim)
-    with pytest.raises(BtManipError, match="run.mcap is damaged: .* at most 536870912 are read"):
-        Recording(path)
+COMPRESS = {"": bytes, "lz4": lz4.frame.compress, "zstd": zstandard.compress}
+OTHER_SIZES = [
+    (kind, compress(b"\x80" * size), 100, "a chunk claims 100 bytes and has")
+    for kind, compress in COMPRESS.items()
+    for size in (0, 99, 101)
+]
 
 
-@pytest.mark.parametrize("size", [0, 99, 101])
-@pytest.mark.parametrize("compression", ["", "lz4", "zstd"])
-def test_a_chunk_of_another_size_than_it_claims_is_refused(tmp_path, compression, size):
-    compress = {"": bytes, "lz4": lz4.frame.compress, "zstd": zstandard.compress}[compression]
-    path = chunk_file(tmp_path / "run.mcap", compression, compress(b"\x80" * size), 100)
-    with pytest.raises(BtManipError, match="run.mcap is damaged: a chunk claims 100 bytes and has"):
-        Recording(path)
-
-
-@pytest.mark.parametrize("compression", ["lz4", "zstd", "lzma"])
-def test_a_chunk_that_cannot_be_decompressed_is_refused(tmp_path, compression):
-    path = chunk_file(tmp_path / "run.mcap", compression, b"nothing of this kind", 100)
-    with pytest.raises(BtManipError, match="run.mcap is damaged"):
-        Recording(path)
-
-
-def test_zeros_in_a_chunk_are_no_records(tmp_path):
-    size = 1 << 28
-    path = chunk_file(tmp_path / "run.mcap", "zstd", zeros("zstd", size), size)
-    with pytest.raises(BtManipError, match="run.mcap is damaged: a record in a chunk has the opco"):
+@pytest.mark.parametrize(
+    ("compression", "data", "claim", "message"),
+    [
+        *OTHER_SIZES,
+        ("zstd", zstandard.compress(b""), (1 << 29) + 1, ".* at most 536870912 are read"),
+        ("zstd", zstandard.compress(b""), 1 << 63, ".* at most 536870912 are read"),
+        ("lz4", b"nothing of this kind", 100, ""),
+        ("zstd", b"nothing of this kind", 100, ""),
+        ("lzma", b"", 0, "unknown compression 'lzma'"),
+        ("", bytes(1 << 24), 1 << 24, "a record in a chunk has the opcode 0"),
+    ],
+)
+def test_a_chunk_that_does_not_hold_what_it_claims_is_refused(
+    tmp_path, compression, data, claim, message
+):
+    path = chunk_file(tmp_path / "run.mcap", compression, data, claim)
+    with pytest.raises(BtManipError, match=f"run.mcap is damaged: {message}"):
         Recording(path)
 
 
 def test_zeros_after_the_last_chunk_are_the_end(picked, tmp_path):
-    path = rewrite(picked, tmp_path / "run.mcap", "", None)
+    path = rewrite(picked, tmp_path / "run.mcap")
     topics = Recording(path).topics
     size = path.stat().st_size
     with path.open("r+b") as file:

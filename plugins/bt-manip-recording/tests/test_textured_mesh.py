@@ -33,8 +33,7 @@ GEOMS = {
 
 MATERIALS = ('texrepeat="1.5 .7"', 'texrepeat="3 4" texuniform="true"')
 
-SIZE = 300
-"""Of the picture [pixels]."""
+SIZE = 300  # of the picture [pixels]
 
 
 @pytest.fixture(params=MATERIALS)
@@ -84,16 +83,12 @@ def test_a_texture_is_where_mujoco_draws_it(opengl, make_model, kind):
     assert np.mean(np.abs(shown - expected).max(axis=1) < 12.0) > 0.85  # apart from edges
 
 
-def test_shapes_that_have_no_coordinates_have_the_mean_colour_only(make_model):
-    model = make_model("box")
-    model.geom_type[0] = mujoco.mjtGeom.mjGEOM_ELLIPSOID
-    (shape,) = CellScene(model, mujoco.MjData(model)).shapes("world")["world"]
-    assert shape.textured is None
-    np.testing.assert_allclose(shape.rgba, (0.5, 0.5, 0.5, 1.0), atol=0.01)
-
-
-def test_a_texture_has_the_colour_of_its_material(make_model):
+def test_a_texture_has_the_colour_of_its_material_and_without_coordinates_the_mean(make_model):
     model = make_model("plane")
     model.mat_rgba[0] = (0.5, 1.0, 1.0, 1.0)
     (shape,) = CellScene(model, mujoco.MjData(model)).shapes("world")["world"]
     assert shape.textured.pixels[0, -1].tolist() == [126, 0, 128]
+    model.mat_rgba[0], model.geom_type[0] = 1.0, mujoco.mjtGeom.mjGEOM_ELLIPSOID
+    (shape,) = CellScene(model, mujoco.MjData(model)).shapes("world")["world"]
+    assert shape.textured is None
+    np.testing.assert_allclose(shape.rgba, (0.5, 0.5, 0.5, 1.0), atol=0.01)

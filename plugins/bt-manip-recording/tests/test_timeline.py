@@ -16,9 +16,8 @@ from bt_manip_recording import (
     Timeline,
     mcap_file,
 )
+from tests.support.recorded import coming_and_going
 from tests.support.runs import Listener
-
-from .test_mcap_recorder import coming_and_going
 
 
 class States(RunObserver):
@@ -63,16 +62,13 @@ def scene(recorded):
     return RecordedScene(Recording(recorded[0]))
 
 
-def test_each_state_has_the_events_of_the_run_so_far(recorded, timeline):
+def test_each_state_has_the_events_of_the_run_so_far_in_pieces_too(recorded, timeline):
     _, states = recorded
     assert len(timeline.scene.times) == len(states.seen) + 1
     for i, expected in enumerate(states.seen):
         found = timeline.events(-1, i)
         assert [(e.kind, e.data) for e in found] == [(e.kind, e.data) for e in expected]
         assert [e.time for e in found] == pytest.approx([e.time for e in expected])
-
-
-def test_the_events_between_two_states_lead_from_one_to_the_other(timeline):
     last = len(timeline.scene.times) - 1
     pieces = [timeline.events(i, j) for i, j in pairwise([-1, 0, 3, 4, 20, last])]
     assert [event for piece in pieces for event in piece] == timeline.events(-1, last)
@@ -116,33 +112,37 @@ def test_while_an_interrupted_run_stops_its_arms_time_goes_on(make_run, tmp_path
     assert ("motion", False) not in [(e.kind, e.data.get("moving")) for e in timeline.events(-1, 5)]
 
 
-def test_entities_and_poses_at_any_time_are_those_of_the_run(recorded, scene):
+def test_entities_poses_and_cameras_at_any_time_are_those_of_the_run(recorded, scene):
     _, states = recorded
     times = list(states.scenes)
     np.random.default_rng(0).shuffle(times)
     for time in times:
         scene.seek(time)
-        present, poses, _ = states.scenes[time]
+        present, poses, cameras = states.scenes[time]
         assert scene.time == pytest.approx(time)
         assert set(scene.entities()) == set(present)
         found = dict(zip(scene.frames, scene.poses(), strict=True))
         for name in set(found) & set(poses):
             np.testing.assert_array_equal(found[name], poses[name])
         assert {n for n in poses if n.startswith(("panda/link", "cube/"))} <= set(found)
+        for one, other in zip(scene.cameras, cameras, strict=True):
+            assert (one.name, one.frame, one.fovy) == (other.name, other.frame, other.fovy)
+            np.testing.assert_array_equal(one.position, other.position)
+            np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
+    stat = states.cell.model.stat
+    np.testing.assert_allclose([*scene.centre, scene.extent], [*stat.center, stat.extent])
 
 
-def test_between_two_ticks_it_is_that_of_the_first(scene):
+def test_between_two_ticks_it_is_that_of_the_first_and_before_them_that_of_the_start(
+    recorded, scene
+):
+    _, states = recorded
     scene.seek(0.037)
     assert scene.time == pytest.approx(0.03)
-    scene.seek(-1.0)
-    assert scene.time == 0.0
     scene.seek(1e9)
     assert scene.index == len(scene.times) - 1
-
-
-def test_before_the_first_tick_the_robot_is_where_it_starts(recorded, scene):
-    _, states = recorded
-    scene.seek(0.0)
+    scene.seek(-1.0)
+    assert scene.time == 0.0
     hand = list(scene.frames).index("panda/hand")
     assert scene.entities().keys() == {"world", "table", "basket", "panda"}
     first = states.scenes[0.01][1]["panda/hand"]
@@ -171,15 +171,3 @@ def test_an_object_that_comes_back_looks_different(recorded, scene):
         if "cube" in scene.entities():
             looks.append(scene.entities()["cube"])
     assert len(set(looks)) == 2
-
-
-def test_cameras_are_recorded(recorded, scene):
-    _, states = recorded
-    for time, (_, _, cameras) in states.scenes.items():
-        scene.seek(time)
-        for one, other in zip(scene.cameras, cameras, strict=True):
-            assert (one.name, one.frame, one.fovy) == (other.name, other.frame, other.fovy)
-            np.testing.assert_array_equal(one.position, other.position)
-            np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
-    stat = states.cell.model.stat
-    np.testing.assert_allclose([*scene.centre, scene.extent], [*stat.center, stat.extent])

@@ -47,15 +47,6 @@ def test_steps_of_which_a_part_was_written_are_left_out(tmp_path, rest):
     assert len(read_trace(path)["t"]) == 256
 
 
-def test_the_names_of_several_robots_are_kept(tmp_path):
-    t, columns = block(0, 3)
-    trace = Trace(tmp_path / "run.npz")
-    trace.append(t, columns[:2], ("left/q", "right/q"))
-    assert list(read_trace(tmp_path / "run.npz")) == ["t", "left/q", "right/q"]
-    trace.close()
-    assert list(read_trace(tmp_path / "run.npz")) == ["t", "left/q", "right/q"]
-
-
 def test_a_full_disk_ends_the_trace_and_what_was_written_stays(tmp_path, file_size_limit):
     path = tmp_path / "run.npz"
     trace = Trace(path)

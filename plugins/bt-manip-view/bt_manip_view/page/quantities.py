@@ -196,8 +196,10 @@ class RecordedQuantities:
     def _states(self, robot: str, key: str, unit: str, labels: tuple[str, ...]) -> Table:
         """Return a number or numbers of the states; those without labels are of the fingers."""
         found = list(self._recording.messages(f"/robots/{robot}/state"))
+        if not found:
+            return Table(unit, labels, np.empty((0, 1 + len(labels))))
         rows = np.array([[time, *np.atleast_1d(state[key])] for time, _, state in found])
-        count = rows.shape[1] - 1 if len(rows) else 0
+        count = rows.shape[1] - 1
         return Table(unit, labels or tuple(f"finger {i + 1}" for i in range(count)), rows)
 
     def _heights(self) -> Table:

@@ -94,6 +94,15 @@ def test_numbers_of_the_blackboard_are_plotted_and_texts_are_not(sampled):
         assert values[0] == 2.0 and values[-1] == 5.0 and set(values) == {2.0, 5.0}
 
 
+def test_a_topic_without_messages_has_no_rows(make_run, tmp_path, monkeypatch):
+    make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "run.mcap")])
+    recording = Recording(tmp_path / "run.mcap")
+    quantities = RecordedQuantities(recording, Timeline(recording))
+    monkeypatch.setattr(recording, "messages", lambda *topics: iter(()))
+    for name in ("Grip force", "Wrist force", "Joint torques"):
+        assert len(quantities.table(name).rows) == 0
+
+
 def test_plots_are_chosen_from_the_list_and_removed(make_run, page, connect):
     make_run(Sleep("rest", msec=50)).execute([page])
     client = connect("page").see()
