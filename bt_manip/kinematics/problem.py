@@ -83,7 +83,7 @@ class IKProblem:
 
 def _check_targets(given: Any) -> tuple[Target, ...]:
     """Return one target or several as a tuple."""
-    targets = tuple(given) if isinstance(given, Iterable) else (given,)
+    targets = tuple(given) if _is_iterable(given) else (given,)
     for target in targets:
         if not isinstance(target, PositionTarget | RotationTarget | PoseTarget):
             raise invalid(
@@ -94,11 +94,16 @@ def _check_targets(given: Any) -> tuple[Target, ...]:
 
 
 def _check_names(given: Any) -> tuple[str, ...]:
-    listed = isinstance(given, Iterable) and not isinstance(given, str)
-    names = list(given) if listed else [given]
-    if not listed or not all(isinstance(name, str) for name in names):
-        raise invalid(f"joints must be a list of names, got {shown(names if listed else given)}")
-    return tuple(names)
+    names = tuple(given) if _is_iterable(given) and not isinstance(given, str) else (given,)
+    if isinstance(given, str) or not all(isinstance(name, str) for name in names):
+        found = list(names) if _is_iterable(given) and not isinstance(given, str) else given
+        raise invalid(f"joints must be a list of names, got {shown(found)}")
+    return names
+
+
+def _is_iterable(value: Any) -> bool:
+    # Zero-dimensional arrays have __iter__, too.
+    return isinstance(value, Iterable) and getattr(value, "ndim", 1) > 0
 
 
 class Residual(NamedTuple):

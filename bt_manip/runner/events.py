@@ -146,6 +146,8 @@ class EventStream:
         """Emit the end of the cycle."""
         self.emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
 
+    # Internal
+
     def _wanted(self, *kinds: str) -> bool:
         return not self._kinds.isdisjoint(kinds)
 

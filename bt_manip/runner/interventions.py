@@ -142,6 +142,8 @@ class Interventions:
         """Restore a state of `get_state`."""
         self.perturbations.set_state(state.get("perturbations", []))
 
+    # Internal
+
     def _notify(self, data: dict[str, Any]) -> None:
         for observer in tuple(self.observers):
             observer(data)

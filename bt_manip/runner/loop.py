@@ -97,6 +97,8 @@ class RunLoop:
         self._log = run.log = RunLog(run)
         self._events = run.events = EventStream(run)
 
+    # Life
+
     def __enter__(self) -> Self:
         """Open the loop."""
         try:
@@ -161,6 +163,8 @@ class RunLoop:
             self.run.goal.stop()
             self.run.interventions.clear()
             self.run.tree.halt()
+
+    # A cycle
 
     def cycle(
         self, number: int = 0, *, in_place: bool = False, stop: Stop = lambda: False
@@ -273,6 +277,8 @@ class RunLoop:
         """Halt the tree and stop all arms, with observers."""
         self.run.tree.halt()
         self._brake()
+
+    # Internal
 
     def _control(self, steps: int) -> None:
         """Make control steps; all steps of all loops are made here."""

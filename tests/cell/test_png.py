@@ -8,6 +8,7 @@ from bt_manip.cell import png, write_png
 
 
 def read(data: bytes) -> np.ndarray:
+    """Read a PNG as MuJoCo reads textures."""  # (height, width, 3)
     xml = '<mujoco><asset><texture name="t" type="2d" file="t.png"/></asset></mujoco>'
     model = mujoco.MjModel.from_xml_string(xml, {"t.png": data})
     return model.tex_data.reshape(model.tex_height[0], model.tex_width[0], 3)

@@ -11,6 +11,7 @@ from ray.tune.registry import register_env  # noqa: E402
 
 
 def make(options):
+    """Return the environment."""
     import bt_manip_learn.envs  # noqa: F401 (registers the ids)
 
     return gymnasium.wrappers.FlattenObservation(gymnasium.make("bt_manip/PickPlace-v0", **options))

@@ -37,6 +37,7 @@ def file(tmp_path_factory):
 
 
 def export(folder, episodes, *options):
+    """Record and export demonstrations by the commands."""
     command = [sys.executable, "-m", "bt_manip", "demos"]
     demos = ["pick_place", "--episodes", str(episodes), "--seed", "1000", "--to", "demos", *options]
     words = ["export", "demos", "--format", "robomimic", "-o", "demos.hdf5"]

@@ -2,13 +2,14 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 from unittest.mock import Mock
 
 import pytest
 
 from bt_manip.cell import CellError
 from bt_manip.cell.randomization import Randomizer
-from bt_manip.evaluation import EpisodeId, EpisodeWorker, SuccessRate
+from bt_manip.evaluation import EpisodeId, EpisodeWorker, SuccessRate, run_episodes
 from bt_manip.exceptions import BtManipError
 
 
@@ -124,3 +125,15 @@ def test_an_episode_that_does_not_begin_is_no_failure_of_the_tree(evaluation, mo
     (result,) = run(worker, 0)
     assert (result.status, result.success) == ("UNSTARTED", False)
     assert "no free pose" in result.reason
+
+
+@pytest.mark.soak
+def test_picks_of_a_fixture_have_the_same_digests_with_one_and_three_workers(evaluation, tmp_path):
+    scene = {"scene": str(tmp_path / "fixture.toml")}
+    make = partial(EpisodeWorker, evaluation("pick", options=scene))
+    episodes = [EpisodeId(0, number) for number in range(12)]
+    one, three = (
+        {result.episode: result.digest for result in run_episodes(make, episodes, workers)}
+        for workers in (1, 3)
+    )
+    assert one == three and len(set(one.values())) == 12

@@ -21,6 +21,7 @@ HOPELESS = 120.0
 
 
 def rows_in(folder: Path) -> int:
+    """Count the results in a folder that another process writes."""
     journal = folder / JOURNAL
     latest = journal.read_bytes().count(b"\n") if journal.exists() else 0
     return latest + sum(parquet.read_metadata(p).num_rows for p in folder.glob("part-*"))
@@ -54,6 +55,7 @@ def gone(process: int) -> bool:
 
 
 def test_an_evaluation_goes_on_after_kill_9(evaluation, in_this_process, tmp_path, capfd):
+    """A worker and the driver are killed; the same command runs the other episodes."""
     small, folder, episodes = evaluation(), tmp_path / "out", 12
     command = "evaluate", small.tree, "--scene", small.options["scene"], "--to", str(folder)
     command = *command, "--episodes", str(episodes), "--workers"

@@ -22,7 +22,7 @@ from bt_manip.behaviours import (
     RemoveObject,
     SpawnObject,
 )
-from bt_manip.bt import Action, Fallback, Node, ScriptCondition, Sequence, Status
+from bt_manip.bt import Action, Fallback, Node, ScriptCondition, Sequence, Status, Timeout
 from bt_manip.cell import Cube, PhysicsDiverged
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import GrippedObject, LeafTime, RunReport
@@ -142,6 +142,7 @@ def test_a_cube_that_is_still_held_is_placed_nowhere(record, goal, met, placed):
 
 
 def weaken(cell, **_) -> None:
+    """Take 70 % of the force of the gripper."""
     for i in range(cell.model.nu):
         if "finger" in cell.model.actuator(i).name:
             cell.model.actuator_gainprm[i] *= 0.3
@@ -203,6 +204,8 @@ def test_a_failed_tree_keeps_its_reason_beside_that_of_the_goal(record):
 
 
 class Policy(Wait):
+    """A leaf that fails at its last tick."""
+
     reports_time = True
 
     def update(self) -> Status:
@@ -268,3 +271,11 @@ def test_recording_leaves_the_run_as_it_is_and_another_seed_does_not(make_run, r
     run.execute([bare])
     report = record(hover(), seed=5)
     assert report.state_digest == bare.digest.hex() != record(hover(), seed=6).state_digest
+
+
+def test_a_halted_leaf_is_a_phase_too(record):
+    report = record(Timeout("no longer", Wait(100), msec=50))
+    (phase,) = report.cycles[0].phases
+    assert phase.status == "HALTED"
+    assert phase.duration_s == pytest.approx(0.05)
+    assert report.status == "FAILURE"

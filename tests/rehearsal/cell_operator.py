@@ -44,6 +44,7 @@ class Operator:
         names: tuple[str, str] = ("fr3", "franka"),
         task: tuple[str, str] = ("pick_place", "operator"),
     ) -> None:
+        """Start the process."""
         self._robot, self._cell = robot, cell
         self.before_answer: Callable[[], object] = lambda: None  # when an object is in its place
         self.placed: list[str] = []  # that lay in the simulated basket when they were taken away
@@ -80,6 +81,7 @@ class Operator:
         return self.output + self.process.stdout.read().decode()
 
     def end(self, seconds: float = 120.0) -> int:
+        """Answer until the process has ended; return its exit code."""
         self.until("", seconds)
         return self.process.wait(20.0)
 
@@ -90,6 +92,7 @@ class Operator:
         self._robot.ask("take", body=name)
 
     def put(self, name: str) -> None:
+        """Put an object where the scene says, and confirm it."""
         pose = self._cell.objects[name]
         quat = spatial.quat_wxyz(pose).tolist()
         self._robot.ask("place", body=name, position=pose.translation.tolist(), quat=quat)

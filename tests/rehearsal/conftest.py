@@ -61,9 +61,11 @@ def start_simulator(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def start_robot(models, start_simulator):
+    """Start simulated robots, which end with the tests of a file: each takes a third of a core."""
     return lambda model=ARM, *options: start_simulator(start_franka, *options, model=model)
 
 
 @pytest.fixture(scope="module")
 def robot(start_robot) -> SimulatedRobot:
+    """A robot alone."""
     return start_robot()

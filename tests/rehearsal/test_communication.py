@@ -28,6 +28,7 @@ LONGEST = 2.0  # [s] of a motion until the next one replaces it
 
 @pytest.fixture
 def busy():
+    """Keep all cores busy."""
     burners = [
         subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(os.cpu_count())
     ]

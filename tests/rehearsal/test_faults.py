@@ -56,6 +56,7 @@ def succeeds_in_spite_of(run, *texts):
 
 
 def moving(robot, run):
+    """Wait until the arm moves."""
     try:
         robot.until(lambda arm: np.abs(arm["v"]).max() > 0.1, 30.0)
     except AssertionError:

@@ -22,6 +22,7 @@ ROUNDING = 0.3  # [rad/s2] of second differences of the protocol's numbers of 32
 
 @pytest.fixture(scope="module")
 def parts():
+    """The registered robots, where the driver is installed, and the model is there."""
     pytest.importorskip("trossen_arm")
     plugin = pytest.importorskip("bt_manip_trossen.plugin")
     if not (plugin.model_folder() / plugin.MODEL).is_file():

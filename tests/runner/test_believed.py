@@ -46,6 +46,8 @@ class Seen(PoseSource):
 
 
 class Watch(Action):
+    """Takes five ticks."""
+
     def setup(self, **infrastructure):
         self.given, self.ticks = infrastructure, 0
 

@@ -25,6 +25,7 @@ VALUES = (None, "x", -1, 0, 1e300, float("inf"), 10**400, [], {}, [[]], True, "f
 
 
 def damaged(text: str, rng: random.Random) -> str:
+    """Replace some values, cut some pieces out and put others in."""
     for _ in range(rng.randint(1, 4)):
         found = list(re.finditer(r"-?[0-9][0-9.e-]*|\"[^\"\n]*\"|\[[^][\n]*\]|[a-z_]+", text))
         if rng.random() < 0.7 and found:

@@ -15,18 +15,21 @@ from bt_manip.runner import Station
 
 @pytest.fixture(scope="module")
 def built(parts: Parts) -> tuple[Station, dict[str, Any]]:
+    """Give a station and its state at the start."""
     station = build_station(parts)
     return station, station.get_state()
 
 
 @pytest.fixture
 def station(built: tuple[Station, dict[str, Any]]) -> Station:
+    """Give the station in that state."""
     station, start = built
     station.set_state(start)
     return station
 
 
 def words(html: str) -> str:
+    """Return the text of HTML."""
     return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 

@@ -32,11 +32,14 @@ TYPED = ("bt-manip", "make", "pip", "pytest", "python", "sh", "source", "ssh")
 
 
 class File(NamedTuple):
+    """A file that a page tells to save."""
+
     name: str
     text: str
 
 
 def blocks(page: str, language: str) -> list[str]:
+    """Return the fenced blocks of a language."""
     return [text for name, text in FENCED.findall(PAGES[page]) if name == language]
 
 

@@ -51,12 +51,15 @@ TREES = """
 
 
 class Outcome(NamedTuple):
+    """What a command came to."""
+
     code: int
     out: str
     err: str
 
 
 def run_program(*arguments: object) -> int:
+    """Run a command; return its exit code."""
     return run_app(Interrupt(), [str(argument) for argument in arguments])
 
 
@@ -72,6 +75,7 @@ def run_python(*arguments: object, cwd: Path, **variables: str) -> str:
 
 @pytest.fixture
 def trees(tmp_path: Path) -> Path:
+    """Give a file with small trees."""
     path = tmp_path / "small_trees.py"
     path.write_text(textwrap.dedent(TREES))
     return path

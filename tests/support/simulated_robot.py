@@ -61,6 +61,7 @@ class SimulatedRobot:
         return answer["ok"]
 
     def until(self, condition: Callable[[dict[str, Any]], bool], seconds: float = 10.0) -> None:
+        """Wait until something is true of the arm."""
         end = time.monotonic() + seconds
         while not condition(self.ask("arm")):
             assert time.monotonic() < end

@@ -47,6 +47,7 @@ class StationPool:
         return station
 
     def release(self) -> None:
+        """Take all stations back."""
         self._used.clear()
 
     def _key(self, parts: Parts, scene: Scene, options: dict[str, Any]) -> Any:

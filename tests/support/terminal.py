@@ -15,6 +15,8 @@ import pytest
 
 
 class Terminal:
+    """A program that believes to be in front of a person."""
+
     def __init__(self, *command: str, cwd: Path, **more: str) -> None:
         self.shown = b""
         self._own, theirs = pty.openpty()

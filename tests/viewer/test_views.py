@@ -28,6 +28,8 @@ HIDE, SHOW = "\x1b[?25l", "\x1b[?25h"
 
 
 class Step(Action):
+    """Run for a tick, then end as it is told."""
+
     result = Status.SUCCESS
 
     def initialise(self) -> None:

@@ -78,6 +78,7 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
 
 
 def wait_for(condition: Callable[[], bool], process: subprocess.Popen, timeout: float) -> None:
+    """Wait for something that a process does [s]."""
     end = time.monotonic() + timeout
     while not condition():
         assert process.poll() is None, f"it ended with {process.returncode}"

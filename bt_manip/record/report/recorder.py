@@ -53,6 +53,8 @@ class Recorder(RunObserver):
         """Whether a cycle has begun."""
         return self._unfinished or bool(self._cycles)
 
+    # Called by the runner
+
     def run_started(self, run: Run) -> None:
         """Ask for control steps and digest, and observe the tree."""
         self._run, self._identify = run, partial(identify, run)
@@ -107,6 +109,8 @@ class Recorder(RunObserver):
         self._time_now = self._cell.time
         self._wall = self._wall_so_far()
 
+    # Results
+
     def report(self, status: str | None = None, error: str = "") -> RunReport:
         """Return the report of the run so far.
 
@@ -144,6 +148,8 @@ class Recorder(RunObserver):
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Continue from the digest in a snapshot of a run; cycles and figures start empty."""
         self._digest = bytes.fromhex(state["digest"])
+
+    # Internal
 
     def _write(self) -> None:
         if self._file is not None:

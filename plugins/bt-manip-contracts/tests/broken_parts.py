@@ -15,6 +15,8 @@ _runs = itertools.count(1)
 
 
 class ForgetfulGripper(TwoFingerGripper):
+    """Keep everything to itself."""
+
     def get_state(self):
         return {}
 
@@ -23,35 +25,47 @@ class ForgetfulGripper(TwoFingerGripper):
 
 
 class AsksTheCellAtOnce(Hover):
+    """Look at the cell when it is made."""
+
     def __init__(self, *arguments, **ports):
         super().__init__(*arguments, **ports)
         self.cell.time  # noqa: B018
 
 
 class MovesInSetup(MoveHome):
+    """Start in setup."""
+
     def setup(self, **infrastructure):
         super().setup(**infrastructure)
         self.gripper.close(10.0)
 
 
 class StepsThePhysics(CellBehaviour):
+    """Wait by stepping."""
+
     def update(self):
         self.cell.step(5)
         return Status.SUCCESS
 
 
 class PushesThePhysics(CellBehaviour):
+    """Push an object by hand."""
+
     def update(self):
         self.cell.data.qvel[-6] += 0.1
         return Status.SUCCESS
 
 
 class DrivesOn(Hover):
+    """Forget to brake when halted."""
+
     def terminate(self, new_status):
         pass
 
 
 class ClosesOn(ArmBehaviour):
+    """Forget the fingers when halted."""
+
     def start(self):
         self.gripper.close(10.0)
 
@@ -60,6 +74,8 @@ class ClosesOn(ArmBehaviour):
 
 
 class FailsSilently(CellBehaviour):
+    """Fail without a word."""
+
     object = Input(str, doc="Name of the object.")
 
     def update(self):
@@ -67,6 +83,8 @@ class FailsSilently(CellBehaviour):
 
 
 class TakesItsTime(Condition):
+    """Look twice."""
+
     looks = 0
 
     def update(self):
@@ -75,6 +93,8 @@ class TakesItsTime(Condition):
 
 
 class NeverFails(CellBehaviour):
+    """Succeed at all speeds."""
+
     speed = Input(float, default=1.0, doc="Ignored.")
 
     def update(self):
@@ -82,6 +102,8 @@ class NeverFails(CellBehaviour):
 
 
 class Remembers(CellBehaviour):
+    """Take longer the second time."""
+
     memory: ClassVar = (*CellBehaviour.memory, "ticks")
     ticks = 0
 
@@ -94,6 +116,8 @@ class Remembers(CellBehaviour):
 
 
 class RemembersForAll(CellBehaviour):
+    """Differ from run to run."""
+
     def initialise(self):
         self.left = next(_runs)
 
@@ -103,6 +127,8 @@ class RemembersForAll(CellBehaviour):
 
 
 class ForgetsItsState(CellBehaviour):
+    """Count in something that is not in its state."""
+
     def initialise(self):
         super().initialise()
         self.seen = 0
@@ -116,32 +142,44 @@ class ForgetsItsState(CellBehaviour):
 
 
 class Nan(ComputedTorque):
+    """Give no numbers."""
+
     def compute(self, *state):
         return super().compute(*state) * np.nan
 
 
 class TooFew(ComputedTorque):
+    """Give too few numbers."""
+
     def compute(self, *state):
         return super().compute(*state)[:-1]
 
 
 class NoGravity(ComputedTorque):
+    """Let the arm fall."""
+
     def compute(self, q, v, q_ref, v_ref, a_ref):
         return np.zeros_like(q)
 
 
 class BeyondTheLimits(ComputedTorque):
+    """Write what it likes."""
+
     def before_substep(self, physics, random_state):
         super().before_substep(physics, random_state)
         physics.data.ctrl[self.robot.ctrl_adr] *= 10.0
 
 
 class Swings(ComputedTorque):
+    """Have no damping."""
+
     def _build(self, robot):
         super()._build(robot, ki=0.0, kd=0.0)
 
 
 class BangBang(ComputedTorque):
+    """Give the full torque in the direction of the error."""
+
     saturates = True
 
     def compute(self, q, v, q_ref, v_ref, a_ref):
@@ -150,6 +188,8 @@ class BangBang(ComputedTorque):
 
 
 class SignOfVelocity(ComputedTorque):
+    """Compensate friction by the sign of the measured velocity, and too much of it."""
+
     saturates = True
 
     def compute(self, q, v, q_ref, v_ref, a_ref):
@@ -158,6 +198,8 @@ class SignOfVelocity(ComputedTorque):
 
 
 class Jerks(ComputedTorque):
+    """Begin with a blow."""
+
     blow = 0.8
 
     def compute(self, *state):
@@ -188,6 +230,8 @@ class Thing(composer.Entity):
 
 
 class RaisesInsteadOfFailing(Action):
+    """Look for an object, and let what the cell raises go on."""
+
     object = Input(str, doc="Name of the object.")
 
     def setup(self, *, cell, **_):
@@ -199,12 +243,15 @@ class RaisesInsteadOfFailing(Action):
 
 
 def forgetful():
+    """Return a tree with a state that is not restored."""
     return Sequence("task", Sleep("rest", msec=50), ForgetsItsState("count"))
 
 
 def counting():
+    """Return a tree whose episodes depend on how many there were before."""
     return Sequence("task", RemembersForAll("count"), Sleep("rest", msec=50))
 
 
 def steady():
+    """Return a tree that keeps the contract."""
     return Sequence("task", SpawnObject(object="{o}"), Sleep("rest", msec=200))

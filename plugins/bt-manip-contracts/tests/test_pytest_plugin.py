@@ -16,6 +16,7 @@ HEAVY = ("mujoco", "pinocchio", "dm_control", "numpy", "rich", "lxml", "py_trees
 
 @pytest.fixture
 def session(situations, pytester):
+    """Run pytest over a file and give its result."""
     situations.reset()  # whatever has to be imported is: it would be imported anew by each session
 
     def run(*options: str, test_it: str = ""):

@@ -15,6 +15,7 @@ NAME = "big-toothed-gear"
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory) -> Path:
+    """Write a plugin of each kind into one folder."""
     folder = tmp_path_factory.mktemp("written")
     for kind in KINDS:
         write_plugin(f"my-{kind}", kind, folder, load_plugins())

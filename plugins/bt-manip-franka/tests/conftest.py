@@ -12,6 +12,7 @@ from simulation import start_franka  # noqa: E402
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
+    """A robot alone, which is left ready."""
     pytest.importorskip("pylibfranka")
     robot = start_franka(tmp_path_factory.mktemp("robot") / "log")
     yield robot

@@ -180,6 +180,8 @@ class HookTable:
             before, after = (partial(self._reach, (uid, position)) for position in (PRE, POST))
             interventions.set_tick_hooks(self, nodes[uid], before, after)
 
+    # Internal
+
     def _find(self, key: Key) -> Hook:
         if key not in self._hooks:
             raise RequestError("Node ID not found")

@@ -38,6 +38,7 @@ class Client:
             one.rcvtimeo = 10_000
 
     def send(self, parts: list[bytes]) -> list[bytes]:
+        """Send the parts of a request and give those of the reply."""
         self.requests.send_multipart(parts)
         return self.requests.recv_multipart()
 

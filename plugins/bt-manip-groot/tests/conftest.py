@@ -54,10 +54,12 @@ def groot2() -> Path:
 
 @pytest.fixture(scope="session")
 def station(parts):
+    """Give the station of all runs: each begins a cycle in it."""
     return build_station(parts)
 
 
 def run_of(station: Station, tree: Tree, **request: Any) -> Run:
+    """Give a run of a tree in a station."""
     tree.clock = station.clock
     tree.setup(**station.infrastructure)
     return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
@@ -79,6 +81,7 @@ class Steps(RunObserver):
         self.done.release()
 
     def tick(self, count: int = 1) -> None:
+        """Allow ticks and wait for their end."""
         for _ in range(count):
             self.start_tick()
             self.wait()
@@ -88,6 +91,7 @@ class Steps(RunObserver):
         self._allowed.release()
 
     def wait(self) -> None:
+        """Wait for the end of a tick."""
         assert self.done.acquire(timeout=20)
 
 
@@ -110,6 +114,7 @@ class Watched:
         self.client = Client(self.port)
 
     def stop(self) -> None:
+        """End the run."""
         self.steps.free = True
         self._thread.join(20)
         assert not self._thread.is_alive()
@@ -118,6 +123,7 @@ class Watched:
 
 @pytest.fixture
 def watch(station):
+    """Give a function that starts a run of a tree; it waits for `steps`."""
     started = []
 
     def start(tree) -> Watched:

@@ -14,6 +14,7 @@ from .client import Client, free_ports, hook
 
 @pytest.fixture
 def path(task):
+    """Give the file of an endless tree."""
     return task('<Sequence><Sleep name="rest" msec="10000000"/></Sequence>')
 
 

@@ -17,6 +17,8 @@ IDLE, RUNNING, SUCCESS, FAILURE = range(4)
 
 
 class Count(Action):
+    """Counts how often it is ticked and halted."""
+
     ticks = halts = 0
 
     def update(self):

@@ -93,6 +93,8 @@ def test_a_log_ends_when_the_tree_is_replaced(station, tmp_path):
     tree = Tree(Sequence(Sleep(msec=20)))
 
     class Replace(BtlogRecorder):
+        """Replaces the tree by a larger one."""
+
         def cycle_started(self, cycle):
             super().cycle_started(cycle)
             if cycle == 1:

@@ -159,6 +159,7 @@ def test_only_loopback_is_listened_to(watch, small_tree):
 
 
 def messages(number):
+    """Give malformed requests of many kinds."""
     rng = random.Random(1)
     kinds = b"TSBIRUDAXrtN\0\xff"
     names = ("uid", "position", "mode", "enabled", "once", "desired_status", "remove_when_done")
@@ -185,6 +186,7 @@ def messages(number):
 
 
 def digest_of(make_run, *observers):
+    """Run a motion and give the digest of all states."""
     recorder = Recorder("test", 0)
     move = MoveToConfiguration(configuration=[0.5, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8])
     make_run(Sequence(move, MoveHome())).execute([recorder, *observers])

@@ -59,6 +59,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def recorded(make_run, scene, tmp_path_factory):
+    """Record a run with interventions; give the file and the digest of the run."""
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
     recorder = Recorder("test", 5)
     run = make_run(tree(), scene=scene, **REQUEST)

@@ -43,6 +43,8 @@ from tests.support.runs import Listener
 
 
 class Watch(RunObserver):
+    """Keep what the recording should hold."""
+
     def run_started(self, run):
         self.station = run.station
         self.steps, self.poses, self.wrenches, self.free = [], [], [], []
@@ -63,6 +65,7 @@ class Watch(RunObserver):
 
 @pytest.fixture(scope="module")
 def recorded(make_run, tmp_path_factory):
+    """Record a run once: the file, and what an observer saw."""
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
     watch, recorder = Watch(), Recorder("test", 7)
     make_run(coming_and_going(rest=1000), seed=7).execute([watch, recorder, McapRecorder(path)])
@@ -71,6 +74,7 @@ def recorded(make_run, tmp_path_factory):
 
 
 def read(path: Path, *topics: str):
+    """Read a file by the library's own reader."""
     with path.open("rb") as file:
         yield from make_reader(file, validate_crcs=True).iter_messages(topics or None)
 

@@ -12,6 +12,7 @@ from widowx import start_widowx  # noqa: E402
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory):
+    """An arm alone, which is left ready."""
     pytest.importorskip("trossen_arm")
     robot = start_widowx(tmp_path_factory.mktemp("robot") / "log")
     yield robot

@@ -8,6 +8,7 @@ from bt_manip_learn.envs import LearningTask
 
 
 def test_a_state_keeps_how_low_objects_may_lie(parts):
+    """The basket is the lowest thing that the goal names, at another height in each episode."""
     task = LearningTask("pick_place", parts=parts)
     task.reset(0)
     assert not task.judge().failure
