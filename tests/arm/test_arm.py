@@ -14,6 +14,9 @@ from bt_manip.robots import Payload
 
 from .watch import DT, Watch
 
+BELOW = spatial.pose((0.0, 0.0, 0.1))
+"""Pose 10 cm ahead of a tool, in its frame."""
+
 
 def down(x, y, z, yaw=0.0):
     return spatial.pointing_down([x, y, z], yaw)
@@ -40,6 +43,24 @@ def test_motion_between_configurations_is_a_straight_joint_space_segment(arm, wa
         direction = (target - start) / np.linalg.norm(target - start)
         from_start = np.array([row[0] for row in watch.rows]) - start
         assert np.abs(from_start - np.outer(from_start @ direction, direction)).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    "move",
+    [
+        lambda arm, speed: arm.move_to_configuration(arm.model.home + 0.3, speed=speed),
+        lambda arm, speed: arm.move_to_pose(down(0.4, 0.1, 0.4), speed=speed),
+        lambda arm, speed: arm.move_linear(arm.model.pose(arm.q) * BELOW, speed=speed),
+        lambda arm, speed: arm.move_path([LineTo(arm.model.pose(arm.q) * BELOW)], speed=speed),
+    ],
+)
+def test_at_half_speed_a_move_from_rest_takes_twice_the_time(arm, move):
+    durations = []
+    for speed in (1.0, 0.5):
+        arm.reset()
+        move(arm, speed)
+        durations.append(arm.remaining)
+    assert durations[1] == pytest.approx(2.0 * durations[0], rel=2e-3)
 
 
 def test_no_motion_is_planned_to_the_present_configuration(arm):
