@@ -71,9 +71,7 @@ class TwoFingerGripper(DrivenFingers):
         Raises:
             GripperError: If the gripper cannot reach this opening.
         """
-        low, high = self._min, self._open
-        if not low - 1e-9 <= width <= high + 1e-9:
-            raise GripperError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
+        self._check_width(width)
         self._limits = self._stroke_limits()
         self._target = 0.5 * width
         if self.state in PRESSING:
@@ -148,3 +146,8 @@ class TwoFingerGripper(DrivenFingers):
             left, right = self.forces
             return f"fingers press with {left:.1f} and {right:.1f} N, {apart}"
         return f"fingers {apart}"
+
+    def _check_width(self, width: float) -> None:
+        low, high = self._min, self._open
+        if not low - 1e-9 <= width <= high + 1e-9:
+            raise GripperError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")

@@ -92,6 +92,21 @@ def test_they_are_by_default_critically_damped_and_saturate_at_140_mrad():
     assert tool.posture_stiffness == 20.0 and tool.damping_ratio == joints.damping_ratio == 1.0
 
 
+def test_a_force_deflects_the_tool_by_force_over_stiffness():
+    cell, controller = under_control(CartesianImpedance, stiffness=500.0)
+    cell.model.dof_frictionloss[:] = 0.0
+    robot, force = controller.robot, np.array([10.0, -8.0, 5.0])
+    start, site = robot.tool_pose.translation.copy(), robot.tool_site_id
+    body = cell.model.site_bodyid[site]
+    for _ in range(1500):
+        efforts, place = np.zeros(cell.model.nv), cell.data.site_xpos[site]
+        mujoco.mj_applyFT(cell.model, cell.data, force, np.zeros(3), place, body, efforts)
+        cell.data.qfrc_applied[:] = efforts
+        cell.step()
+    moved = robot.tool_pose.translation - start
+    np.testing.assert_allclose(moved, force / 500.0, atol=5e-4)
+
+
 def test_impossible_gains_are_refused():
     robot = Robot(panda())
     for kind, name, value, message in (
@@ -105,17 +120,3 @@ def test_impossible_gains_are_refused():
     ):
         with pytest.raises(ControlError, match=message):
             kind(robot, **{name: value})
-
-
-def test_a_force_deflects_the_tool_by_force_over_stiffness():
-    cell, controller = under_control(CartesianImpedance, stiffness=500.0, friction=False)
-    robot, force = controller.robot, np.array([10.0, -8.0, 5.0])
-    start, site = robot.tool_pose.translation.copy(), robot.tool_site_id
-    body = cell.model.site_bodyid[site]
-    for _ in range(1500):
-        efforts, place = np.zeros(cell.model.nv), cell.data.site_xpos[site]
-        mujoco.mj_applyFT(cell.model, cell.data, force, np.zeros(3), place, body, efforts)
-        cell.data.qfrc_applied[:] = efforts
-        cell.step()
-    moved = robot.tool_pose.translation - start
-    np.testing.assert_allclose(moved, force / 500.0, atol=5e-4)

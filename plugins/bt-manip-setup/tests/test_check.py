@@ -179,4 +179,4 @@ HOME = "-0.7854, 0.0, -2.3562, 0.0, 1.5708"
 def test_a_value_that_the_robot_cannot_have_is_found(checked, monkeypatch, before, after, finding):
     rests = [one for one in ROBOT_CONTRACT if one.__name__ == "it_stands_still_at_home"]
     monkeypatch.setattr(check, "ROBOT_CONTRACT", rests)
-    assert re.search(finding, "\n".join(checked((before, after)).findings))
+    assert re.search(finding, "\n".join(checked((before, after)).findings), re.DOTALL)
