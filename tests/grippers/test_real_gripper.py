@@ -102,6 +102,13 @@ def test_it_holds_the_nearest_object_whatever_else_is_in_the_cell(cell, gripper,
 def test_commands_take_time_and_nothing_is_held_without_the_flag_or_at_either_end(
     gripper, connection
 ):
+    gripper.open()
+    gripper.update()
+    assert gripper.width == 0.08 and not gripper.is_open  # before the device says so
+    connection.done(0.08, False)
+    gripper.update()
+    assert gripper.is_open
+    connection.sent.clear()
     gripper.close(30.0)
     gripper.update()
     assert gripper.moving and not gripper.steady and not gripper.closed_on_nothing

@@ -109,6 +109,14 @@ def test_a_state_goes_on_to_the_last_bit_in_a_station_whose_physics_have_diverge
     assert ends[0] == ends[1]
 
 
+def test_the_random_numbers_of_an_episode_follow_from_seed_and_number_alone(make_run):
+    run, drawn = make_run(Sleep("rest", msec=5), seed=2), []
+    for seed, episode in ((None, 3), (None, 4), (5, 3), (2, 3)):
+        run.begin_episode(episode, seed)
+        drawn.append(run.station.rng.random())
+    assert drawn[0] == drawn[3] and len({*drawn}) == 3
+
+
 def test_a_run_that_has_ended_can_be_run_again(make_run):
     run, events = make_run(Sleep(msec=20)), []
     for _ in range(2):
