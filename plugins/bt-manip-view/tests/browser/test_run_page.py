@@ -445,14 +445,13 @@ def test_a_clicked_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(wi
     window.open_tab("Pull")
     assert window.page.get_by_label("Object", exact=True).input_value() == "cube"
 
-    def height() -> float:
-        return window.pixel(cube)[1]
+    def height() -> float:  # in the world: the camera turns where the mouse misses the handle
+        return window.position(cube)[2]
 
     before = height()
-    higher = before - 30  # pixels, downwards
-    window.pull("/handle", (0.0, 0.0, 0.11), (0.0, 0.0, 0.35), lambda: height() < higher)
+    window.pull("/handle", (0.0, 0.0, 0.11), (0.0, 0.0, 0.35), lambda: height() > before + 0.03)
     window.page.mouse.up()
-    wait_until(lambda: abs(height() - before) < 5)
+    wait_until(lambda: abs(height() - before) < 0.005)
     window.open_tab("Log")
     window.wait_for_text("cube is let go")
 
@@ -492,6 +491,14 @@ def test_an_edit_with_an_error_is_shown_at_its_line_and_one_with_a_warning_at_it
     assert "MoveHome never runs" in row.locator(".found").get_attribute("title")
     row.click()
     window.wait_for_text("⚠ MoveHome never runs: its _skipIf always holds")
+
+
+def test_stop_ends_the_run_with_the_exit_code_of_an_interrupted_one(program, shared_window):
+    window = shared_window
+    window.press("Stop")
+    window.wait_for_text("s: stopped")
+    assert program.interrupt() == 130
+    assert not program.errors.read_text()
 
 
 @pytest.mark.soak
