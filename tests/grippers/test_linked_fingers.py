@@ -10,9 +10,8 @@ import pytest
 from bt_manip.cell import Cell, Cube
 from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import GripperError, Robot, read_description
+from bt_manip.robots import Robot, read_description
 from bt_manip.spatial import pose
-from bt_manip_learn import NativeTwoFingerGripper
 from tests.support.arms import step_until
 
 FILE = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
@@ -71,8 +70,3 @@ def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_
     assert cell.pose("cube").translation[2] > 0.1
     gripper.open()
     step_until(cell, lambda: gripper.is_free and gripper.is_open)
-
-
-def test_the_simulators_own_control_refuses_them_with_the_reason():
-    with pytest.raises(GripperError, match="these follow a mechanism"):
-        Robot(read_description(FILE), gripper=NativeTwoFingerGripper)

@@ -1,5 +1,6 @@
 """MuJoCo's actuators open and close two fingers, and hold a cube."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from bt_manip.cell import Cell
-from bt_manip.robots import Robot, panda
+from bt_manip.robots import GripperError, Robot, panda
 from bt_manip_learn import NativeTwoFingerGripper
 from tests.support.arms import panda_cell, step_until
 
@@ -59,16 +60,32 @@ def test_without_an_object_it_has_closed_on_nothing():
     assert not gripper.steady and not gripper.moving
 
 
-def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(tmp_path):
+@pytest.fixture
+def described(tmp_path):
+    """Give a function that makes a Panda with other lines in the file of its fingers' travel."""
+
+    def described(**lines):
+        description, path = panda(), tmp_path / "finger_travel.toml"
+        parameters = description.gripper.parameters
+        text = Path(parameters["travel"]).read_text()
+        for key, value in lines.items():
+            text, count = re.subn(f"^{key} = .*", f"{key} = {value}", text, flags=re.MULTILINE)
+            assert count == 1
+        path.write_text(text)
+        gripper = replace(description.gripper, parameters={**parameters, "travel": str(path)})
+        return Robot(replace(description, gripper=gripper), gripper=NativeTwoFingerGripper)
+
+    return described
+
+
+def test_fingers_that_follow_a_mechanism_are_refused_with_the_reason(described):
+    with pytest.raises(GripperError, match="these follow a mechanism"):
+        described(mass=0.1)
+
+
+def test_loops_with_two_poles_at_150_per_second_follow_ramps_and_press_at_their_end(described):
     """The second finger moves away from its joint, and twice as far, by description."""
-    description, path = panda(), tmp_path / "finger_travel.toml"
-    parameters = description.gripper.parameters
-    text = Path(parameters["travel"]).read_text().replace("min_width = 0.0", "min_width = 0.016")
-    straight, travel = "[[0.0, 1.0], [0.0, 1.0]]", "[[0.003, 1.0], [-0.005, -2.0]]"
-    assert straight in text
-    path.write_text(text.replace(straight, travel))
-    mirrored = replace(description.gripper, parameters={**parameters, "travel": str(path)})
-    robot = Robot(replace(description, gripper=mirrored), gripper=NativeTwoFingerGripper)
+    robot = described(min_width=0.016, polynomials="[[0.003, 1.0], [-0.005, -2.0]]")
     cell = Cell()
     cell.add(robot)
     model, gripper = cell.model, robot.gripper
