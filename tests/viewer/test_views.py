@@ -166,6 +166,13 @@ def test_leaves_and_answers_of_cycles_that_failed_stay_on_the_screen(watch, view
     assert re.search(r"cycle 1 failed|cycle 1/2: FAILURE", shown)
 
 
+def test_of_many_leaves_at_once_the_last_hundred_are_shown_and_the_others_counted(watch):
+    leaves = [ScriptCondition(f"check {i}", code="true") for i in range(1, 103)]
+    lines = watch(PlainView, *leaves, terminal=False).splitlines()
+    assert lines[0] == "2 earlier lines are not shown"
+    assert [line.split("check ")[1] for line in lines[1:101]] == [str(i) for i in range(3, 103)]
+
+
 def test_where_there_are_several_robots_a_line_names_its_robot(watch):
     class Reach(Step):
         robot_name = "left"
