@@ -70,6 +70,9 @@ UNWRAPPED = {"clip", "minimum", "maximum", "min", "max", "abs", "fabs", "absolut
 
 ARGUED = {
     "_RUBBER =": "a colour",
+    "(2.0 / sign) * r": "sign is 1 or -1: as a factor and as a divisor",
+    "FromTwoVectors(up, np.array([0.0, 0.0, 2.0])": "the directions of two vectors, of any length",
+    "triangles[:, 1] - inside": "any corner of a triangle is in its plane",
     "_TOLERANCE = 4": "digits by which triangles of one plane are grouped: any above rounding do",
     "excess > -1e-12 * trace": "bodies within rounding of the bound, to which 1e-12 is added",
     "q[:, level] = 0.5 *": "ranges that are nearly symmetric: twice their centre is near it, too",

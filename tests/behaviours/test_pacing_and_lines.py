@@ -81,10 +81,11 @@ def test_move_arc_keeps_its_distance_from_the_centre(station, trial):
 
 def test_approach_and_retreat_go_forth_and_back_along_the_tool(station, trial):
     start = station.robot.tool_pose
-    assert trial(Approach(distance=0.08)).until_done() is SUCCESS
-    assert offset(station, start * spatial.pose((0.0, 0.0, 0.08))) < 2e-3
-    assert trial(Retreat(distance=0.08)).until_done() is SUCCESS
-    assert offset(station, start) < 2e-3
+    for distance, ports in ((0.08, {"distance": 0.08}), (0.1, {})):
+        assert trial(Approach(**ports)).until_done() is SUCCESS
+        assert offset(station, start * spatial.pose((0.0, 0.0, distance))) < 2e-3
+        assert trial(Retreat(**ports)).until_done() is SUCCESS
+        assert offset(station, start) < 2e-3
 
 
 def test_a_planner_is_chosen_by_name_and_an_unknown_one_fails_the_behaviour(trial, monkeypatch):

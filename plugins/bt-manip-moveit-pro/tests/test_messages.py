@@ -72,6 +72,13 @@ def test_a_pose_is_made_of_others(leaf, expected):
     np.testing.assert_allclose(found.T.homogeneous, expected.T.homogeneous, atol=1e-12)
 
 
+@pytest.mark.parametrize("frames", [(), ("world", "camera")])
+def test_only_poses_of_one_frame_have_an_average(frames):
+    leaf = poses.AveragePoseStampedVector(pose_stamped_vector="{p}", average_pose_stamped="{q}")
+    tree = run(leaf, p=[PoseStamped(frame) for frame in frames])
+    assert tree.failure_reason().endswith("poses of one frame are averaged, at least one")
+
+
 def test_a_position_has_three_numbers():
     tree = run(poses.CreatePoseStamped(position_xyz="0;0", pose_stamped="{pose}"))
     assert tree.root.status is Status.FAILURE
