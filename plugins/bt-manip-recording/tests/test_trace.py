@@ -1,7 +1,7 @@
 """A trace holds every control step."""
 
+import os
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -94,6 +94,7 @@ def test_the_same_rows_make_the_same_bytes(tmp_path):
 
 
 def test_an_unwritable_trace_is_refused_at_once(tmp_path):
-    for path in (tmp_path / "missing" / "run.npz", Path("/dev/null")):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "missing" / "run.npz", tmp_path / "pipe"):
         with pytest.raises(BtManipError, match="trace '.*' cannot be written"):
             Trace(path)
