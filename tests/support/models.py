@@ -14,7 +14,7 @@ ROBOTS = Path(__file__).with_name("robots")
 
 
 def compiled(root: mjcf.RootElement) -> mujoco.MjModel:
-    """Return what MuJoCo makes of a model of PyMJCF."""
+    """Compile a PyMJCF model."""
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 

@@ -151,8 +151,8 @@ def test_a_tree_is_chosen_and_runs_in_a_cell_that_is_reset(shared_window):
     window.choose("Speed", "1")
 
 
-def framed(window: Window, tree: str) -> np.ndarray:
-    """Check what is inside the picture at each size of the window; return the last picture."""
+def check_framing(window: Window, tree: str) -> None:
+    """Check that robots and objects are inside the picture at each size of the window."""
     names: list[str] = []
 
     def there() -> bool:
@@ -173,12 +173,12 @@ def framed(window: Window, tree: str) -> np.ndarray:
         wait_until(inside, lambda: f"{window.page.viewport_size}: {seen}")
     pixels = window.scene(f"{tree}_{width}x{height}")
     assert min(len(np.unique(part)) for part in np.array_split(pixels, 3, axis=1)) > 100
-    return pixels
 
 
 def test_what_the_task_is_about_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused, parts):
     window = paused
-    shown, pose = framed(window, "pick_place"), None
+    check_framing(window, "pick_place")
+    pose = None
     while pose != (now := window.evaluate(CAMERA)):  # it has moved meanwhile
         pose, shown = now, window.scene()
         share = (abs(shown - window.scene_without("/panda")).max(axis=2) > 20).mean()
@@ -516,4 +516,4 @@ def test_what_a_task_of_two_robots_is_about_is_inside_the_picture(start, open_wi
     window = open_window(program.url)
     window.wait_for_scene()
     window.wait_for_text("s: paused at .*Lift")
-    framed(window, "two_arms")
+    check_framing(window, "two_arms")
